@@ -225,7 +225,6 @@ def _summarise_gear(gear: Gear, part: GearPart) -> GearCut:
         hollow_radius_mm=-_MM / float(kappa.min()) if cutting.is_concave(kappa) else None,
         profile_shift=gear.rack.shift,
         keyway_phase_deg=None if part.placed.key is None else float(np.degrees(part.placed.key)),
-        rim=part.rim,
     )
 
 
@@ -271,7 +270,7 @@ def make_intermittent_pair(
     middle = pair.rolling.dwell_positions(np.array([0.5]))
     parts = check_parts(_place_gears(pair.gears, middle), settings)
     turn = IncompleteGearCycle(pair)
-    summary = summarise_intermittent_pair(turn, machine, parts, teeth.centre_error_mm / _MM)
+    summary = summarise_intermittent_pair(turn, machine, teeth.centre_error_mm / _MM)
     result = _collect_result(machine, teeth, [], intermittent=summary)
     if out is None:
         return result
@@ -284,10 +283,9 @@ def make_intermittent_pair(
 
 
 def summarise_intermittent_pair(
-    turn: IncompleteGearCycle, machine: str, parts: Sequence[GearPart], farther: float = 0.0
+    turn: IncompleteGearCycle, machine: str, farther: float = 0.0
 ) -> Intermittent:
-    """Return the result of a pair and its manufactured gears, whose outlines are intersected over a
-    turn.
+    """Return the result of a pair, whose outlines are intersected over a turn.
 
     `farther` is an error of the centre distance [m].
 
@@ -315,10 +313,7 @@ def summarise_intermittent_pair(
         horns_deg=_to_degrees(tuple(horn.reach for horn in gears.phase.horns)),
         apart_mm=gears.arc_clearance * _MM,
         dwell_deg=float(np.degrees(rolling.dwell)),
-        gears=[
-            _summarise_incomplete_gear(gear, part)
-            for gear, part in zip(gears.gears, parts, strict=True)
-        ],
+        gears=[_summarise_incomplete_gear(gear) for gear in gears.gears],
         undriven_deg=_to_degrees(turn.undriven),
         undriven_least_deg=_to_degrees(gears.phase.best_undriven),
         unheld_deg=_to_degrees(turn.unheld),
@@ -359,7 +354,7 @@ def _find_largest(angles: Array) -> float | None:
     return None if largest >= FREE_ANGLE else float(np.degrees(largest))
 
 
-def _summarise_incomplete_gear(gear: IncompleteGear, part: GearPart) -> IncompleteCut:
+def _summarise_incomplete_gear(gear: IncompleteGear) -> IncompleteCut:
     return IncompleteCut(
         **_find_least(gear.row),
         name=gear.name,
@@ -367,5 +362,4 @@ def _summarise_incomplete_gear(gear: IncompleteGear, part: GearPart) -> Incomple
         area_mm2=float(shapely.Polygon(gear.points).area) * _MM**2,
         pieces=len(gear.pieces),
         joins_mm=gear.joins * _MM,
-        rim=part.rim,
     )

@@ -11,15 +11,14 @@ import numpy as np
 from planter.files import csv_rows
 from planter.gear_geometry.gear import Gear
 from planter.gear_geometry.intermittent_gears import IncompleteGear
-from planter.gears.results import Rim
 from planter.kernels import Array
 from planter.workshop import arcs, drawing, solids
 from planter.workshop.arcs import Arcs, ClosedCurve
 from planter.workshop.drawing import Bore, DrawingLine
 
 MIN_RIM = 0.5
-"""Smallest rim between a bore with its keyway and the roots, in tooth depths: the rim thickness
-factors of ISO 6336-3 and AGMA 2001 end there.
+"""Smallest rim between a bore with its keyway and the roots, in tooth depths: a rule of this
+program.
 """
 _ROWS = 8
 """Steps of a piece in a table of flanks."""
@@ -86,19 +85,6 @@ class GearPart:
             return bore
         return replace(bore, keyway=replace(bore.keyway, phase=self.placed.key))
 
-    @cached_property
-    def rim(self) -> Rim | None:
-        """The rim between the bore and the roots, None without a bore.
-
-        Raises InputError if it is too thin.
-        """
-        if self.bore is None:
-            return None
-        sizes = self.placed.gear.rack.sizes
-        depth = sizes["tip"] + sizes["root"]
-        wall = drawing.check_wall(self.bore, self.teeth, self.placed.gear.name, MIN_RIM * depth)
-        return Rim(wall * 1e3, wall / depth)
-
     def lines(
         self, turn: float = 0.0, centre: tuple[float, float] = (0.0, 0.0)
     ) -> Iterator[DrawingLine]:
@@ -138,7 +124,10 @@ def check_parts(gears: Sequence[PlacedGear], settings: PartSettings) -> list[Gea
     """
     parts = [GearPart(gear, settings) for gear in gears]
     for part in parts:
-        _ = part.rim
+        gear, sizes = part.placed.gear, part.placed.gear.rack.sizes
+        if part.bore is not None:
+            limit = MIN_RIM * (sizes["tip"] + sizes["root"])
+            drawing.check_wall(part.bore, part.teeth, gear.name, limit)
     return parts
 
 

@@ -117,22 +117,6 @@ def test_lost_motion_of_both_sides_at_a_larger_distance(
         assert stage["farther_contact_ratio"]["min"] < stage["contact_ratio"]["min"]
 
 
-def test_rim_is_reported_in_tooth_depths(tmp_path: Path) -> None:
-    file = curve_file(tmp_path / "own.csv", wavy())
-    call = ("gears", "--curve", file, "--teeth", "40", "--keyway-mm", "none", "--bore-mm")
-    (stage,) = answer(*call, "56")["stages"]
-    depth = 2.25 * stage["module_mm"]
-    for gear in stage["gears"]:
-        assert gear["rim"]["thickness_mm"] == pytest.approx(
-            gear["root_radius_min_mm"] - 28, abs=5e-3
-        )
-        assert gear["rim"]["tooth_depths"] == pytest.approx(
-            gear["rim"]["thickness_mm"] / depth, rel=1e-12
-        )
-    assert "weakens the roots" in run(*call, "64")[1]
-    assert "weakens" not in run(*call, "40")[1]
-
-
 def test_standard_module_scales_pair_and_reports_effects() -> None:
     result = answer("gears wang2017 --module1 2 --module2 1.5 --keep module")
     design_distance = answer("simulate wang2017")["centre_distance_mm"]
