@@ -66,6 +66,7 @@ def test_clean_module_has_no_findings() -> None:
         ("return [", "try: pass\n    except ValueError as what: pass\n    return [", "vague"),
         ("return [", "match load:\n        case [*others]: pass\n    return [", "vague"),
         ("return [", "(whole := 1)\n    return [", "vague"),
+        ("return [", "compute_deflection = 1; return [", "shadow"),
         ("compute_deflection", "compute", "one_word"),
         ('"""A beam of constant section."""', "", "undocumented"),
         ('"""Return the bending stiffness [N m2]."""', "pass", "undocumented"),

@@ -66,15 +66,12 @@ def parse_tooth_counts(argument: str | None, limit: int = 2) -> tuple[int, ...]:
     """Return the tooth counts of `--teeth`. Raises InputError if the text is not Z or Z1,Z2."""
     if argument is None:
         return ()
-    parse_part_settings = [part.strip() for part in argument.split(",")]
-    if (
-        not all(part.isdecimal() for part in parse_part_settings)
-        or len(parse_part_settings) > limit
-    ):
+    counts = [part.strip() for part in argument.split(",")]
+    if len(counts) > limit or not all(count.isdecimal() for count in counts):
         raise InputError(
             f"--teeth {argument}: give {' or '.join(('Z', 'Z1,Z2')[:limit])} with integers"
         )
-    return tuple(map(int, parse_part_settings))
+    return tuple(map(int, counts))
 
 
 def parse_modules(

@@ -7,10 +7,11 @@
 * one_word: public functions of a module that are one word, which says nothing once it is imported;
 * duplicate: public classes whose name another class of `planter` or `derive` has;
 * undocumented: public classes, functions and methods without a docstring;
+* shadow: local variables named like a function of their module, or an imported one;
 * fragment: docstrings that begin with a preposition or a pronoun, so that they need the name to be
   understood.
 
-Tests count for the first check alone.
+Tests count for vague and shadow alone.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ from pathlib import Path
 from tests.support.structure import FOUNDATION, ROOT
 
 PACKAGES = ("planter", "derive", "tests")
-CHECKS = ("vague", "one_word", "duplicate", "undocumented", "fragment")
+CHECKS = ("vague", "one_word", "duplicate", "undocumented", "shadow", "fragment")
 VAGUE = re.compile(
     r"_*(along|apart|around|asked|beside|drawn|every|found|given|held|here|kept|known|least|made|mine|most|near|of|one|others"
     r"|own|said|several|shown|there|told|tried|two|under|wanted|what|which|whole|within)_*"
@@ -90,6 +91,7 @@ def find_names(sources: Iterable[Source]) -> Iterator[Finding]:
     classes: dict[str, list[Finding]] = {}
     for source in sources:
         yield from _find_vague(source)
+        yield from _find_shadows(source)
         if source.package == "tests":
             continue
         yield from _find_in_definitions(source, source.tree, is_module=True)
@@ -108,6 +110,23 @@ def _find_vague(source: Source) -> Iterator[Finding]:
         for name in _bound_names(node):
             if VAGUE.fullmatch(name):
                 yield source.finding("vague", getattr(node, "lineno", 1), name)
+
+
+def _find_shadows(source: Source) -> Iterator[Finding]:
+    """Yield variables of functions that take the name of a function, whose names are verbs."""
+    functions: set[str] = set()
+    for node in source.tree.body:
+        if isinstance(node, ast.FunctionDef):
+            functions.add(node.name)
+        elif isinstance(node, ast.ImportFrom):
+            functions.update(alias.asname or alias.name for alias in node.names)
+    verbs = {name for name in functions if "_" in name.strip("_") and name.islower()}
+    for function in ast.walk(source.tree):
+        if isinstance(function, ast.FunctionDef | ast.Lambda):
+            for node in ast.walk(function):
+                is_verb = isinstance(node, ast.Name) and node.id in verbs
+                if is_verb and isinstance(node.ctx, ast.Store):
+                    yield source.finding("shadow", node.lineno, node.id)
 
 
 def _bound_names(node: ast.AST) -> Iterator[str]:
