@@ -71,6 +71,7 @@ class Contacts:
         in contact.
         """
         turns = self.solve(self.thinned, self._start)[2]
+        # several flanks face each other at one position; the nearest of a side stops the mate
         position = np.unique(self.faced.at, return_inverse=True)[1]
         return find_smallest_turns(turns, position, self.faced.side)
 
@@ -99,6 +100,7 @@ class Contacts:
             )
             return np.array([_dot(gap, gear_cut.tangents), sine]), slopes
 
+        # displaced, so that a solution at the pitch point is found and not assumed
         start = self._start[:2] + _START_OFFSET * self.mesh.pitch
         at = roots.solve_systems(system, start, np.full(2, _MAX_STEPS[0] * self.mesh.pitch))
         gear_cut, mate_cut = self.cut_flanks(self.thinned, at, still)
@@ -241,6 +243,7 @@ class WiderMesh:
         rolled = wrap_angle(mesh.positions - middle[:, None], period)
         pair, position = np.nonzero(np.abs(rolled) <= half[:, None])
         offset = rolled[pair, position]
+        # between its two ends a contact moves almost evenly, which is near enough for a start
         share = (offset / half[pair] + 1) / 2
         faced = replace(mesh.pairs.select(pair), at=middle[pair] + offset)
         start = ((1 - share) * self.first[:, pair] + share * self.last[:, pair])[:AT]
@@ -258,6 +261,7 @@ def move_apart(mesh: Mesh, more: float) -> WiderMesh | None:
     """
     steps = int(np.ceil(more / (_DISTANCE_STEP * mesh.gear.rack.module)))
     starts = None
+    # step by step: the solution at one distance is the start at the next
     for further in more * np.arange(steps + 1) / steps:
         wider = replace(mesh, pair=replace(mesh.pair, distance=mesh.pair.distance + further))
         try:
@@ -279,6 +283,7 @@ def _limit_contacts(mesh: Mesh, limits: tuple[Array, ...]) -> WiderMesh:
         )
         for first, second in (limits[:2], limits[2:])
     )
+    # both flanks must exist: the later beginning, and the earlier end
     first = np.where(low[AT] > other_low[AT], low, other_low)
     last = np.where(high[AT] < other_high[AT], high, other_high)
     return WiderMesh(mesh, first, last)

@@ -229,6 +229,7 @@ class Gear:
             *lines, root = self.paths[end]
             for line in lines:
                 yield KINDS.index(line.kind), end, tooth, 1, line.upper, line.lower
+            # the last root ends a turn after the first tooth begins
             past = 0.0 if tooth + 1 < z else self.curve.length
             yield ROOT, -1, tooth, 0, root.upper, self.paths[(tooth + 1) % z][-1].upper + past
 
@@ -241,6 +242,7 @@ class Gear:
         """Return pieces (n,) evaluated at shares (n,)."""
         s = pieces.start + share * (pieces.end - pieces.start)
         cut = Cut(np.empty((2, len(s))), np.empty((2, len(s))), np.empty(len(s)), np.empty(len(s)))
+        # all pieces of a kind in one call, which costs more than its points
         for kind, evaluate in enumerate(self._cutting):
             index = np.flatnonzero(pieces.kind == kind)
             if len(index):
@@ -281,6 +283,7 @@ class Gear:
     def area(self) -> float:
         """Area inside the outline [m2]."""
         cut, weights = self._quadrature
+        # Green's theorem along the outline
         (x, y), (ex, ey) = cut.points, cut.tangents
         return float(((x * ey - y * ex) * weights).sum() / 2)
 
@@ -297,5 +300,6 @@ class Gear:
         """Smallest distance of the outline from the axis [m]."""
         shares = np.linspace(0, 1, _SAMPLES)
         distances = np.hypot(*self.sampled(shares).points)
+        # the samples only choose the piece; its minimum is searched
         nearest = GearPiece(self, int(np.argmin(distances.min(axis=1))))
         return extrema.find_minimum(lambda s: np.hypot(*nearest.at(s).T), shares).value

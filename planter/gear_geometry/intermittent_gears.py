@@ -93,7 +93,9 @@ def find_best_phase(rolling: Rolling, rack: Rack, radius: float, clearance: floa
     ends = [_DwellEnd.build(rolling, rack, radius, clearance, end) for end in (0, 1)]
     after, before = (end.undriven for end in ends)
     number = np.arange(_PHASES)
+    # flanks are a pitch apart, so that the phase at one end gives that at the other
     opposite = (round(rolling.length / rack.pitch * _PHASES) - number) % _PHASES
+    # the sum: a phase that is best at one end can be worst at the other
     chosen = int(np.argmin(after + before[opposite]))
     centre = chosen / _PHASES * rack.pitch - _DRIVES * rack.sizes["full"]
     first = ends[0].margin + (centre - ends[0].margin) % rack.pitch
@@ -348,6 +350,7 @@ def _find_truncation(
         raise GeometryError(
             f"{mate.name}: the locking arc has no adjacent horn: it cannot lock the dwell"
         )
+    # the tips of the horn sweep a circle about the driven axis
     reach = float(np.hypot(*horn.T).max()) + clearance
     return Region(
         (

@@ -130,6 +130,7 @@ class IncompleteGearCycle:
         """Return the angles [rad] from the dwell to the longest uninterrupted presence, and from
         its end to the " "dwell.
         """
+        # the longest uninterrupted part counts: single gaps within it would be losses of contact
         lost = np.concatenate([[-1], np.flatnonzero(~present), [len(self.rolled)]])
         longest = int(np.argmax(np.diff(lost)))
         first, last = lost[longest] + 1, lost[longest + 1] - 1
@@ -193,6 +194,7 @@ class IncompleteGearCycle:
             return blocked_now
 
         low, high = still, still + FREE_ANGLE
+        # upwards in doublings: beyond the first obstacle the outlines may part again
         for trial in FREE_ANGLE * 2.0 ** -np.arange(_COARSE, -1, -1):
             open_ = trial < high
             stops = blocked(still + trial) & open_
@@ -268,6 +270,7 @@ class RowMesh:
         above, below = limit_arcs(self.gears, faced)
         meets = faced.xi[0] - self.gears_pair.rolling.lead
         inside = (1 - _END_TOLERANCE) * np.array([-above, below])
+        # slightly inside its ends, where rounding could take a contact off its flank
         begins, ends = meets + side * inside
         complete = self._remain_on_gears(begins, tooth, side) & self._remain_on_gears(
             ends, tooth, side

@@ -102,6 +102,7 @@ def compute_horn(
     Its spaces do not matter if the material under them locks.
     """
     tips, roots = (_OffsetLine(rolling, end, height) for height in (addendum, -dedendum))
+    # beyond the edge a tip may reach farther from the axis than at it
     at = tips.edge(radius)
     distances = [tips.seen(at + step)[1] for step in np.linspace(0, addendum, _EDGE_SAMPLES)]
     return Horn(tips.reach(radius), max(distances), 0.0 if roots.holds(radius) else tips.holding)
@@ -233,6 +234,7 @@ class Rolling:
         rows = panels, panels.slope, panels.slope.slope
 
         def radii(t: Array) -> Array:
+            # end teeth are cut on parts of the curve beyond its ends, which must be smooth there
             clamped = np.clip(t, first, last)
             past = t - clamped
             r, dr, ddr = (part(clamped)[0] for part in rows)

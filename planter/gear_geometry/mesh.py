@@ -131,6 +131,7 @@ class Mesh:
         tooth: Array = (base[:, None] + grid[:, 0]).ravel()
         flanks = self._facing(np.repeat(at, len(grid)), tooth, np.tile(grid[:, 1], len(at)))
         (tip, end), (mate_tip, mate_end) = list_reaches(self.gears, flanks)
+        # half of the backlash for each gear, half of that for each of its flanks
         thinned = self.gear.rack.play / 4
         low, high = (
             np.maximum(-tip - thinned, thinned - mate_end),
@@ -181,6 +182,7 @@ class Mesh:
         pairs, lengths = self.pairs, np.empty_like(start)
         for side in (-1.0, 1.0):
             index = np.flatnonzero(pairs.side == side)
+            # the last pair of a period is followed by the first of the next
             index = index[np.argsort(pairs.at[index])]
             following = np.append(start[index][1:], start[index][0] + self.period * self.pitch)
             lengths[index] = end[index] - following

@@ -57,12 +57,14 @@ class PitchCurve:
 
         length = ChebyshevPanels.fit(speed, breaks).integral
         at_ends = length(length.ends)[0]
+        # rounding of the integral must not move the origin
         at_ends[0] = 0.0
         total = at_ends[-1]
 
         def parameter(s: Array) -> Array:
             index = np.clip(np.searchsorted(at_ends, s, "right") - 1, 0, len(at_ends) - 2)
             low, high = length.ends[index], length.ends[index + 1]
+            # at an end itself rounding may give the bracket the wrong sign
             ends = np.minimum(at_ends[index] - s, -0.0), np.maximum(at_ends[index + 1] - s, 0.0)
 
             def rates(u: Array) -> tuple[Array, Array]:
@@ -95,6 +97,7 @@ class PitchCurve:
         """Return rows (6, n) at arc lengths (n,) [m] of any turn, on the side of breakpoints that
         lies `towards` (n,) " "[m].
         """
+        # the shift only chooses the panel; the rows are those of the arc length itself
         seen = s if towards is None else s + _SIDE_SHIFT * (towards - s)
         turns = np.floor(seen / self.length)
         past = turns * self.length
@@ -214,6 +217,7 @@ def build_contact_pair(
     """
 
     gear, mate = trace_pair(contact, distance)
+    # a faster mate closes within a part of the gear's turn, a slower one needs several
     end = breaks[0] + TURN * turns / mate_turns
     all_turns = np.concatenate([breaks[:-1] + TURN * k for k in range(turns)])
     all_turns = np.append(all_turns[all_turns < end * (1 - _BREAK_TOLERANCE)], end)

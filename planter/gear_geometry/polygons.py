@@ -102,6 +102,7 @@ class Overlay:
             arc = self.mesh.pair.senses[k] * at - gear.flanks.phase
             teeth: Integers = np.mod(np.rint(arc / self.mesh.pitch), gear.z).astype(int)
             shapes.append(move_shapes(self.parts[k][teeth], self.mesh.places(at)[k]))
+        # an index over the parts pays off, since each is compared several times
         shapely.prepare(shapes[0])
         return shapes[0], shapes[1]
 
@@ -135,6 +136,7 @@ class Overlay:
         length = self.mesh.period * self.mesh.pitch
         count = int(np.clip(POSITIONS_PER_PITCH * self.mesh.period, POSITIONS, MAX_POSITIONS))
         positions = np.arange(count) * length / count
+        # overlaps are cheap, and tell where depths are worth measuring
         at = positions[np.argsort(self.overlaps(positions))[-_LARGEST:]]
         centres = at[np.argsort(self.depths(at))[-_DEEPEST:], None]
         at = (centres + np.linspace(-1, 1, 2 * _BETWEEN + 1) * length / count).ravel()

@@ -139,6 +139,7 @@ def build_curve_set(
             f"gear and needs "
             f"{turns.gear * numbers[0] // turns.mate} teeth if the gear has {numbers[0]}"
         )
+    # the faster gear comes first: with several turns of the mate that is the mate
     first = numbers[0] // turns.mate if numbers else None
     names = ("gear", "mate") if turns.mate == 1 else ("mate", "gear")
     pair = cut_teeth(

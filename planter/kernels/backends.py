@@ -210,6 +210,7 @@ class _Call:
         self.bytes = 8 * function.sz_w() + sum(
             memory.nbytes for memory in (*self._inputs, *self._outputs)
         )
+        # its own memory: `Function.call` makes matrices for every call
         self._buffer, self._run = function.buffer()
         buffer: Any = self._buffer
         for i, memory in enumerate(self._inputs):
@@ -321,6 +322,7 @@ def _side_by_side(elements: Array, height: int, width: int) -> Array:
     """A matrix for each lane, its elements column by column, (height width, lanes), as (height,
     lanes width).
     """
+    # a column is laid out as the caller wants it
     if width == 1:
         return elements
     lanes = elements.shape[1]

@@ -161,6 +161,7 @@ class Kernel:
         """Run the fastest way that there is here from now on; without waiting, from when it has
         been compiled.
         """
+        # what is in the cache is loaded in milliseconds: no thread is worth it
         if wait or backends.is_compiled(self.work):
             with name_step(f"compiling {self._name}"):
                 self._way = backends.select_fastest(self.work)
@@ -319,6 +320,7 @@ class BoundKernel:
 
     def __call__(self) -> dict[str, Array]:
         """Return the outputs at the current content of the inputs."""
+        # seldom so, and cheaper to ask for than a lock is
         if self._kernel._way is not self._way or get_ident() != self._thread:
             self._attend()
         if not self._run():

@@ -194,6 +194,7 @@ def find_lift_off(push: Push, speed: float) -> RollerLiftOff | None:
     rest = _find_smallest_force(push, low)
     if rest.value <= 0:
         return RollerLiftOff(0.0, rest.place % (2 * np.pi))
+    # inertia grows with the square of the speed, so that doubling brackets the root soon
     while _find_smallest_force(push, high).value > 0:
         low, high = high, 2 * high
         if abs(high) > MAX_SPEED_RATIO * abs(speed):

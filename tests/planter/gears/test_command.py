@@ -23,7 +23,7 @@ from planter.planting import toothed
 from planter.planting.file import load
 from planter.planting.model import Device
 from planter.report.files import write_cycle_csv
-from tests.support.cli import answer, refusal, run
+from tests.support.cli import answer, refusal
 from tests.support.outlines import read_dxf
 from tests.support.schemas import load_schema
 
