@@ -6,7 +6,6 @@ from __future__ import annotations
 
 import re
 import socket
-from collections.abc import Iterator
 from contextlib import ExitStack
 from importlib import resources
 from pathlib import Path
@@ -57,12 +56,6 @@ NONSENSE = (
     '{"id": 1, "values": ' + "9" * 5000 + "}",
 )
 """Messages that no page sends."""
-
-
-@pytest.fixture(scope="module")
-def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
-    with studio(tmp_path_factory.mktemp("studio"), "wang2017-wide") as address:
-        yield address
 
 
 def test_nonsense_is_refused_without_loss(address: str) -> None:
