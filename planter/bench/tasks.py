@@ -161,7 +161,7 @@ def build_planter_maker(case: BenchmarkCase) -> Maker:
         curves = pitch_curves.build_stage_pair(device.stages[1], device.of_stage(1, device.design))
         order = ToothOrder(module=MODULE, keep="module")
         teeth = cutting.cut_teeth(curves, order, "ellipses", ("inner gear", "outer gear"))
-        fits[:] = [fit_arcs(gear.outline().pieces, TOLERANCE) for gear in teeth.gears]
+        fits[:] = [fit_arcs(gear.outline(), TOLERANCE) for gear in teeth.gears]
         drawing.format_dxf(DrawingLine("TEETH", fit.arcs) for fit in fits)
         if teeth.gears[0].z != TEETH or np.abs(teeth.contacts.errors).max() > TOLERANCE:
             raise Absent("the pair does not mesh")

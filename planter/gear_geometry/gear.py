@@ -55,21 +55,6 @@ class OutlinePiece(Protocol):
         """Return signed curvature (n,) [1/m], positive where the outline bends to the left."""
 
 
-@dataclass(frozen=True)
-class ToothOutline:
-    """The closed outline of a gear, in the frame of its axis: each piece ends where the next
-    begins.
-
-    `centre` is the gear's axis (0, 0) or where an assembly puts it [m]; `pitch` gives points (n, 2)
-    [m] of the closed pitch curve, by a parameter (n,) that runs from 0 to 1.
-    """
-
-    name: str
-    pieces: tuple[OutlinePiece, ...]
-    centre: tuple[float, float]
-    pitch: Callable[[Array], Array]
-
-
 KINDS: tuple[Kind, ...] = ("fillet", "flank", "tip", "root")
 
 
@@ -233,10 +218,13 @@ class Gear:
             past = 0.0 if tooth + 1 < z else self.curve.length
             yield ROOT, -1, tooth, 0, root.upper, self.paths[(tooth + 1) % z][-1].upper + past
 
-    def outline(self, centre: tuple[float, float] = (0.0, 0.0)) -> ToothOutline:
-        """Return the outline of a gear whose axis is at a centre [m] in the assembly."""
-        pieces = tuple(GearPiece(self, number) for number in range(len(self.pieces.kind)))
-        return ToothOutline(self.name, pieces, centre, self.curve.places)
+    def outline(self) -> list[OutlinePiece]:
+        """Return the pieces of the outline in order, each beginning where the last one ends."""
+        return [GearPiece(self, number) for number in range(len(self.pieces.kind))]
+
+    def pitch_points(self, share: Array) -> Array:
+        """Return points (n, 2) [m] of the pitch curve at shares (n,) of its length."""
+        return self.curve.places(share)
 
     def cut(self, pieces: OutlinePieces, share: Array) -> Cut:
         """Return pieces (n,) evaluated at shares (n,)."""

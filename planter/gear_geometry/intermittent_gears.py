@@ -36,9 +36,7 @@ from planter.gear_geometry.gear import (
     ROOT,
     TIP,
     Gear,
-    GearPiece,
     OutlinePiece,
-    ToothOutline,
 )
 from planter.gear_geometry.locking_arcs import Horn, Rolling, compute_arc_radius, compute_horn
 from planter.gear_geometry.pitch_curves import KAPPA, RACK, PitchCurve
@@ -314,7 +312,7 @@ def _build_rows(
 
 
 def _build_driven_gear(row: ToothRow, rolling: Rolling, cut: Region) -> IncompleteGear:
-    line = row.line()
+    line = row.outline()
     closing = StraightWall(row.z - 1, line[-1].at(np.ones(1))[0], line[0].at(np.zeros(1))[0])
     pieces = trim_line(start_outside([*line, closing], cut), cut)
     return IncompleteGear(
@@ -325,7 +323,7 @@ def _build_driven_gear(row: ToothRow, rolling: Rolling, cut: Region) -> Incomple
 def _build_driving_gear(
     row: ToothRow, rolling: Rolling, radius: float, truncated: tuple[Region, Region]
 ) -> IncompleteGear:
-    line = row.line()
+    line = row.outline()
     for region in truncated:
         line = trim_line(line, region)
     arc = CircularArc("convex arc", row.z - 1, AXIS, radius, rolling.over[1], rolling.dwell)
@@ -396,10 +394,6 @@ class ToothRow(Gear):
         rows[0, 4], rows[-1, 5] = self.low, self.high
         return rows
 
-    def line(self) -> list[OutlinePiece]:
-        """Return the pieces in order."""
-        return [GearPiece(self, number) for number in range(len(self.pieces.kind))]
-
 
 @dataclass(frozen=True)
 class IncompleteGear:
@@ -429,9 +423,13 @@ class IncompleteGear:
     def curve(self) -> PitchCurve:
         return self.row.curve
 
-    def outline(self, centre: tuple[float, float] = (0.0, 0.0)) -> ToothOutline:
-        """Return the outline of the gear with its axis at a centre [m] in the assembly."""
-        return ToothOutline(self.name, self.pieces, centre, self.pitch_line.at)
+    def outline(self) -> list[OutlinePiece]:
+        """Return the pieces of the outline in order."""
+        return list(self.pieces)
+
+    def pitch_points(self, share: Array) -> Array:
+        """Return points (n, 2) [m] of the rolling pitch line at shares (n,) of it."""
+        return self.pitch_line.at(share)
 
     @cached_property
     def points(self) -> Array:

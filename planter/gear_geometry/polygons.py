@@ -67,11 +67,6 @@ class Overlay:
         )
         return cls(mesh, (polygon, mate_polygon))
 
-    @property
-    def is_simple(self) -> bool:
-        """Whether no outline intersects itself."""
-        return all(outline.is_valid for outline in self.outlines)
-
     @cached_property
     def parts(self) -> tuple[Shapes, Shapes]:
         """Parts (z,) of each gear near each of its teeth."""

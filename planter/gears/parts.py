@@ -67,7 +67,7 @@ class GearPart:
     @cached_property
     def teeth(self) -> Arcs:
         """The outline as arcs."""
-        return arcs.fit_arcs(self.placed.gear.outline().pieces, self.settings.tolerance).arcs
+        return arcs.fit_arcs(self.placed.gear.outline(), self.settings.tolerance).arcs
 
     @cached_property
     def pitch(self) -> Arcs:
@@ -75,7 +75,7 @@ class GearPart:
         gear, tolerance = self.placed.gear, 10 * self.settings.tolerance
         if isinstance(gear, IncompleteGear):
             return arcs.fit_arcs([gear.pitch_line], tolerance, closed=False).arcs
-        return arcs.fit_arcs([ClosedCurve("pitch curve", gear.curve.places)], tolerance).arcs
+        return arcs.fit_arcs([ClosedCurve("pitch curve", gear.pitch_points)], tolerance).arcs
 
     @cached_property
     def bore(self) -> Bore | None:
@@ -105,7 +105,7 @@ class GearPart:
         yield f"{self.stem}_flanks.csv", _tabulate_flanks(self.placed.gear).encode()
         holes = [] if self.bore is None else [self.bore.edge]
         if self.settings.step:
-            pieces = self.placed.gear.outline().pieces
+            pieces = self.placed.gear.outline()
             yield (
                 f"{self.stem}.step",
                 solids.format_prism(self.placed.gear.name, pieces, holes, self.settings.width),
@@ -144,7 +144,7 @@ def _tabulate_flanks(gear: AnyGear) -> str:
     """Return points of a gear's outline as CSV: piece, tooth, side, arc length, position, normal,
     curvature.
     """
-    pieces = gear.outline().pieces
+    pieces = gear.outline()
     samples = arcs.sample_outline(pieces, _ROWS)
     labels = [(pieces[k].kind, pieces[k].tooth, pieces[k].side) for k in range(len(pieces))]
     columns = samples.columns()

@@ -28,8 +28,6 @@ SAMPLES = 180
 MAX_ROLLER_RADIUS = 1.0
 _END_OFFSET = 1e-9
 """Share of a piece by which its ends are moved inwards, to the piece's side of a breakpoint."""
-_CHORD_TOLERANCE = 1e-5
-"""Deviation of the chords in the search for self-intersections [m]."""
 
 
 def check_roller(radius: float) -> None:

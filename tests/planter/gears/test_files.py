@@ -64,7 +64,7 @@ def off(part: GearPart, places: Array) -> float:
     """How far places (n, 2) are from the exact outline at most [m], across it where many places on
     it are nearest.
     """
-    pieces = part.placed.gear.outline().pieces
+    pieces = part.placed.gear.outline()
     exact = np.vstack([piece.at(FINE) for piece in pieces])
     tangents = np.vstack([piece.tangent(FINE) for piece in pieces])
     distance, nearest = cKDTree(exact).query(places)
@@ -75,9 +75,7 @@ def off(part: GearPart, places: Array) -> float:
 
 def strays(part: GearPart, outline: Arcs) -> float:
     """How far an outline of arcs and the exact one are apart, as seen from either [m]."""
-    exact = np.vstack(
-        [piece.at(np.linspace(0, 1, 6)) for piece in part.placed.gear.outline().pieces]
-    )
+    exact = np.vstack([piece.at(np.linspace(0, 1, 6)) for piece in part.placed.gear.outline()])
     return max(off(part, sampled(outline, 9)), float(between(exact, outline).max()))
 
 
