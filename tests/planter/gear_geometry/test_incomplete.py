@@ -181,7 +181,7 @@ def untrimmed(pair: IntermittentPair, k: int) -> IntermittentPair:
     if k == 0:
         flanks = replace(row.flanks, phase=row.flanks.phase - pair.phase.first + row.rack.pitch / 2)
         row = replace(row, flanks=flanks)
-    return replace(pair, **{("gear", "mate")[k]: replace(gear, row=row, pieces=tuple(row.line()))})
+    return replace(pair, **{("gear", "mate")[k]: replace(gear, row=row, pieces=tuple(row.outline()))})
 
 
 def test_tampered_gears_interfere(pair: IntermittentPair, turn: IncompleteGearCycle) -> None:
