@@ -281,7 +281,7 @@ def list_modules(*packages: str) -> list[Path]:
 
 
 @dataclass(frozen=True)
-class Rule:
+class _Rule:
     """What may stand in some modules alone, with sources that break the rule, and that do not.
 
     Modules are named by their path below `folder`.
@@ -296,7 +296,7 @@ class Rule:
 
 
 RULES = {
-    "readers": Rule(
+    "readers": _Rule(
         find_readings,
         READING,
         lambda: list_modules("planter"),
@@ -325,21 +325,21 @@ RULES = {
             "load(path)",
         ),
     ),
-    "writers": Rule(
+    "writers": _Rule(
         find_writings,
         WRITING,
         lambda: list_modules("planter"),
         ("path.write_text(x)", "Path(o).write_bytes(x)", "shutil.rmtree(x)", "os.replace(a, b)"),
         ("files.write_text(path, x)\ntext.replace(a, b)",),
     ),
-    "angles by hand": Rule(
+    "angles by hand": _Rule(
         find_angle_functions,
         BY_HAND,
         list_machine_modules,
         ("ca.cos(x)", "math.atan2(y, x)", "from numpy import sin\nsin(1)"),
         ('found["cos"]\n"sin(x)"\ncosine(2)\n',),
     ),
-    "expansions": Rule(
+    "expansions": _Rule(
         find_expansions,
         EXPANDING,
         lambda: list_modules("planter", "derive", "generated"),
@@ -363,7 +363,7 @@ RULES = {
 
 
 @pytest.mark.parametrize("rule", RULES.values(), ids=RULES)
-def test_rule_is_broken_where_it_may_be(rule: Rule) -> None:
+def test_rule_is_broken_where_it_may_be(rule: _Rule) -> None:
     """Exceptions that are not needed any more go."""
     breaking = {
         path.relative_to(ROOT / rule.folder).as_posix()
@@ -376,14 +376,14 @@ def test_rule_is_broken_where_it_may_be(rule: Rule) -> None:
 @pytest.mark.parametrize(
     ("rule", "source"), [(rule, source) for rule in RULES.values() for source in rule.bad]
 )
-def test_broken_rule_is_noticed(rule: Rule, source: str) -> None:
+def test_broken_rule_is_noticed(rule: _Rule, source: str) -> None:
     assert any(rule.find(ast.parse(source)))
 
 
 @pytest.mark.parametrize(
     ("rule", "source"), [(rule, source) for rule in RULES.values() for source in rule.good]
 )
-def test_sound_source_breaks_no_rule(rule: Rule, source: str) -> None:
+def test_sound_source_breaks_no_rule(rule: _Rule, source: str) -> None:
     assert not any(rule.find(ast.parse(source)))
 
 

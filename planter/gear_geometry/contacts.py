@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -20,9 +19,6 @@ from planter.gear_geometry.pitch_curves import RACK
 from planter.kernels import Array
 from planter.numerics import roots
 from planter.numerics.arrays import Integers, wrap_angle
-
-if TYPE_CHECKING:
-    from planter.gear_geometry.intermittent_proof import RowMesh
 
 _START_OFFSET = 0.02
 """Displacement of the start of the search from the pitch point, in pitches."""
@@ -36,7 +32,7 @@ _MAX_STEPS = 0.25, 0.05
 class Contacts:
     """The contacts of flanks of a mesh that face each other (n,)."""
 
-    mesh: Mesh | RowMesh
+    mesh: Mesh
     faced: FacingFlanks
 
     @property

@@ -11,14 +11,15 @@ import numpy as np
 import shapely
 
 from planter.gear_geometry.contacts import Contacts
-from planter.gear_geometry.intermittent_gears import IntermittentPair, ToothRow
+from planter.gear_geometry.gear import Gear
+from planter.gear_geometry.intermittent_gears import IntermittentPair
 from planter.gear_geometry.mesh import (
     SIDES,
     FacingFlanks,
+    Mesh,
     compute_pressure_angles,
     limit_arcs,
 )
-from planter.gear_geometry.pitch_curves import CurvePair
 from planter.gear_geometry.polygons import Shapes, intersect_areas, move_shapes
 from planter.kernels import Array
 from planter.numerics.arrays import Flags, Integers
@@ -97,7 +98,7 @@ class IncompleteGearCycle:
     @cached_property
     def mesh(self) -> RowMesh:
         """The teeth in mesh."""
-        return RowMesh(self.gears)
+        return RowMesh.from_pair(self.gears)
 
     @cached_property
     def drives(self) -> tuple[Flags, Flags]:
@@ -211,24 +212,15 @@ _END_TOLERANCE = 1e-9
 
 
 @dataclass(frozen=True)
-class RowMesh:
-    """The teeth of an intermittent pair (`Contacts`); rolling lengths count from the first
-    contact.
-    """
+class RowMesh(Mesh):
+    """The teeth of an intermittent pair in mesh; rolling lengths count from the first contact."""
 
     gears_pair: IntermittentPair
 
-    @property
-    def pair(self) -> CurvePair:
-        return self.gears_pair.rolling.pair
-
-    @property
-    def gears(self) -> tuple[ToothRow, ToothRow]:
-        return self.gears_pair.gear.row, self.gears_pair.mate.row
-
-    @property
-    def pitch(self) -> float:
-        return self.gears_pair.gear.rack.pitch
+    @classmethod
+    def from_pair(cls, pair: IntermittentPair) -> RowMesh:
+        """Return the mesh of the rows of teeth."""
+        return cls(pair.rolling.pair, pair.gear.row, pair.mate.row, pair)
 
     def places(self, at: Array) -> tuple[Array, Array]:
         """Return angle [rad] and axis [m] (3, n) of both gears at rolling lengths (n,) [m]."""
@@ -257,7 +249,7 @@ class RowMesh:
         side_index, position, tooth = np.nonzero(
             np.array([self.touching(at, side) for side in SIDES])
         )
-        return self._facing(at[position], tooth, np.array(SIDES)[side_index])
+        return self._face(at[position], tooth, np.array(SIDES)[side_index])
 
     @cached_property
     def contact_ratios(self) -> Array:
@@ -266,7 +258,7 @@ class RowMesh:
         """
         z = self.gears[0].z
         tooth, side = np.tile(np.arange(z), 2), np.repeat(SIDES, z)
-        faced = self._facing(np.zeros(2 * z), tooth, side)
+        faced = self._face(np.zeros(2 * z), tooth, side)
         above, below = limit_arcs(self.gears, faced)
         meets = faced.xi[0] - self.gears_pair.rolling.lead
         inside = (1 - _END_TOLERANCE) * np.array([-above, below])
@@ -287,7 +279,7 @@ class RowMesh:
         arcs = self.arc_lengths(at)[0]
         return compute_pressure_angles(gear.curve, arcs, gear.rack.pressure_angle)
 
-    def _facing(self, at: Array, tooth: Integers, side: Array) -> FacingFlanks:
+    def _face(self, at: Array, tooth: Integers, side: Array) -> FacingFlanks:
         """Return teeth (n,) of the gear with their flanks of a side, and those of the mate."""
         gear, mate = self.gears
         later = (side > 0).astype(int)
@@ -305,7 +297,7 @@ class RowMesh:
         """Return whether the contact points of flanks (n,) at rolling lengths (n,) remain on both
         gears.
         """
-        faced = self._facing(at, tooth, side)
+        faced = self._face(at, tooth, side)
         rows = list(zip(self.gears, self.arc_lengths(at), faced.numbers, strict=True))
         point, back = (row.flanks.flank(place, number).points.T for row, place, number in rows)
         present = np.all([_are_cut(row, place, number) for row, place, number in rows], axis=0)
@@ -316,7 +308,7 @@ class RowMesh:
         return remains
 
 
-def _are_cut(row: ToothRow, place: Array, number: Integers) -> Flags:
+def _are_cut(row: Gear, place: Array, number: Integers) -> Flags:
     """Return whether arc lengths (n,) lie between the tips and the ends of flanks (n,)."""
     tips, ends = row.flanks.tips[0][number], np.array([path[0].lower for path in row.paths])[number]
     return np.asarray((place >= np.minimum(tips, ends)) & (place <= np.maximum(tips, ends)))

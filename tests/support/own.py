@@ -68,16 +68,16 @@ def generated(source: str) -> Path:
     path.write_text(text, encoding="utf-8")
     for curve in EXAMPLES.glob("*.csv"):
         shutil.copy(curve, path.parent)
-    kept = DERIVED / hashlib.sha256(f"{_digest()}{path.name}{text}".encode()).hexdigest()[:24]
+    cached = DERIVED / hashlib.sha256(f"{_digest()}{path.name}{text}".encode()).hexdigest()[:24]
     target = path.parent / "generated"
-    if kept.is_dir():
-        shutil.copytree(kept, target)
+    if cached.is_dir():
+        shutil.copytree(cached, target)
         return target
     assert derive([str(path)]) == 0
     partial = Path(mkdtemp(dir=DERIVED))
     shutil.copytree(target, partial, dirs_exist_ok=True)
     try:
-        partial.rename(kept)
+        partial.rename(cached)
     except OSError:  # another process was first
         shutil.rmtree(partial)
     return target
