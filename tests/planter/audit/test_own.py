@@ -255,7 +255,7 @@ def test_other_paper_is_not_confused(folder: Path) -> None:
             ('loop("By")', 'loop("Bq")'),
             "invented2026 (2): nothing here states ClaimOf 'the loop Bq closes'; near it",
         ),
-        (("q.e - q.r", "q.ee - q.r"), "line 20: AttributeError: there is no quantity ee"),
+        (("q.e - q.r", "q.ee - q.r"), "line 25: AttributeError: there is no quantity ee"),
     ],
 )
 def test_error_raised_by_paper_names_user_line(
