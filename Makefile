@@ -22,8 +22,10 @@ help:  ## list the targets
 optimise: $(VENV)/.runtime  ## set up, optimise the paper's planting device, write the report to out/
 	$(BIN)/planter optimise wang2017 --out $(OUT)
 
+# Assertions are not rewritten at first, which costs every process ten seconds; what fails runs again with its values.
 test: $(VENV)/.complete  ## set up, run the whole test suite
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest --assert=plain || \
+		{ $(BIN)/python -m pytest --last-failed --last-failed-no-failures none; exit 1; }
 
 test-long: $(VENV)/.extras  ## what the suite samples, in full: proofs, mutants, searches, extras, the browser (half an hour)
 	$(BIN)/python -m pytest -m long
@@ -61,11 +63,11 @@ check-generated: $(VENV)/.derive  ## derive again into a temporary folder, compa
 bench: $(VENV)/.bench  ## time every way to evaluate a turn, write bench.json and the tables to out/
 	$(BIN)/planter bench --out $(OUT)
 
-lint: $(VENV)/.complete  ## format check, lint, types, names
+lint: $(VENV)/.complete  ## format check, lint, types; sizes and names, which may only fall
 	$(BIN)/ruff format --check
 	$(BIN)/ruff check
 	$(BIN)/mypy
-	$(BIN)/python -m tests.support.names
+	$(BIN)/python -m tests.support.size --check
 
 test-page: $(VENV)/.docs  ## the page without a server: what it computes, and in a browser
 	$(BIN)/python -m pytest -n 0 tests/planter/kernels/test_programs.py tests/planter/studio/static

@@ -8,10 +8,11 @@ import gc
 import os
 import sys
 from collections.abc import Iterator
+from types import SimpleNamespace
 
 import pytest
 
-from planter.report import style
+from planter.report import bundle, style
 
 # Without bytecode every process that a test starts would compile all sources anew: more than a
 # second each.
@@ -35,6 +36,21 @@ def pytest_collection_finish() -> None:
 def _virtual_machine() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("PLANTER_KERNELS", "casadi-vm")
+        yield
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _drawn_once() -> Iterator[None]:
+    """Commands draw each figure as SVG alone, a third of the time; what PNG and PDF hold is tested
+    with `planter.report.style`.
+    """
+    blank = SimpleNamespace(
+        render_svg=style.render_svg,
+        render_png=lambda figure: b"\x89PNG".ljust(20_000),
+        render_pdf=lambda figure: b"%PDF".ljust(20_000),
+    )
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(bundle, "style", blank)
         yield
 
 

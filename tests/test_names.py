@@ -1,17 +1,9 @@
-"""Names and docstrings: the committed totals of those that say too little may only fall."""
-
-import ast
+"""Sizes, names and docstrings: the committed totals may only fall."""
 
 import pytest
 
-from tests.support.names import (
-    Source,
-    count_findings,
-    find_names,
-    find_repository_names,
-    find_rises,
-    read_totals,
-)
+from tests.support.names import Source, count_findings, find_names
+from tests.support.size import find_rises, measure_repository, measure_sources, read_totals
 
 CLEAN = '''
 """A module."""
@@ -28,16 +20,34 @@ def compute_deflection(load):
 '''
 
 
-def count(*texts: str, path: str = "planter/engine/module_{}.py") -> dict[str, dict[str, int]]:
+def count(*texts: str, path: str = "planter/engine/module_{}.py") -> dict[str, dict[str, float]]:
     """Totals of modules given as texts."""
-    return count_findings(
-        find_names(Source(path.format(i), ast.parse(text)) for i, text in enumerate(texts))
-    )
+    return count_findings(find_names(Source(path.format(i), text) for i, text in enumerate(texts)))
 
 
+@pytest.mark.long
 def test_totals_do_not_rise() -> None:
-    rises = find_rises(read_totals(), count_findings(find_repository_names()))
-    assert not rises, "see python -m tests.support.names --list CHECK"
+    """`make lint` checks it, too."""
+    assert not find_rises(read_totals(), measure_repository())
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("x = [y for y in z]", {"comprehensions": 1}),
+        ("x = [y for y in z], {y for y in z}", {"comprehensions": 2, "crowded": 1}),
+        ("x = [[y for y in z] for z in a]", {"comprehensions": 2, "crowded": 1}),
+        ("x = [b for y in z if (b := y)]", {"comprehensions": 1, "crowded": 1}),
+        ("if [y for y in z]:\n    x = [y for y in z]", {"comprehensions": 2}),
+        (f"x = {'x' * 100}", {"long_lines": 1}),
+        ("class A:\n    'A.'\nclass _B: 'B.'", {"public_classes": 1}),
+        ("'A module.'  # which is\n\n\nx = (\n    1\n)", {"tokens": 5, "tokens_per_line": 1.7}),
+    ],
+)
+def test_sizes_are_measured(text: str, expected: dict[str, float]) -> None:
+    totals = measure_sources([Source("planter/module.py", text)])["planter"]
+    assert totals | expected == totals
+    assert totals["crowded"] == expected.get("crowded", 0)
 
 
 def test_clean_module_has_no_findings() -> None:
@@ -56,6 +66,7 @@ def test_clean_module_has_no_findings() -> None:
         ("return [", "try: pass\n    except ValueError as what: pass\n    return [", "vague"),
         ("return [", "match load:\n        case [*others]: pass\n    return [", "vague"),
         ("return [", "(whole := 1)\n    return [", "vague"),
+        ("return [", "compute_deflection = 1; return [", "shadow"),
         ("compute_deflection", "compute", "one_word"),
         ('"""A beam of constant section."""', "", "undocumented"),
         ('"""Return the bending stiffness [N m2]."""', "pass", "undocumented"),

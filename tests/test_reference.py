@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 
 import derive
+import planter
 from planter.mechanism.dynamics import Dynamics
 from planter.mechanism.file import load
 from planter.mechanism.model import Model
@@ -67,6 +68,14 @@ def listed_members() -> Iterator[tuple[str, object]]:
             for name, item in entries
             if inspect.isclass(item) or inspect.isfunction(item)
         )
+    for name in set(planter.__all__) - {"__version__"}:
+        item = getattr(planter, name)
+        yield f"planter.{name}", item
+        if inspect.isclass(item) and not issubclass(item, Exception):
+            own_members = members(item).items()
+            yield from (
+                (f"planter.{name}.{key}", value) for key, value in own_members if key in vars(item)
+            )
 
 
 @pytest.mark.parametrize(

@@ -71,13 +71,13 @@ def list_requirements(extras: Iterable[str]) -> Iterator[Requirement]:
 
 def too_high(pinned: dict[str, str]) -> list[str]:
     """Packages that are pinned above the lower bound that they have in pyproject.toml."""
-    too_high = []
+    packages = []
     for requirement in list_requirements(("derive", "notebook", "studio", "parquet")):
         bound = next(part.version for part in requirement.specifier if part.operator == ">=")
         have = pinned.get(canonicalize_name(requirement.name), "0")
         if Version(have) != Version(bound):
-            too_high.append(f"{requirement.name}: {have}, not {bound}")
-    return too_high
+            packages.append(f"{requirement.name}: {have}, not {bound}")
+    return packages
 
 
 def test_the_version_is_the_same_everywhere() -> None:

@@ -157,15 +157,13 @@ def close(actual: object, expected: object, rtol: float = 1e-9) -> None:
 
 @row("simulate", "turn")
 def check_simulate(column: Column, folder: Path) -> None:
-    (at,) = command("simulate", column.source, "--samples", str(SAMPLES), "--at", str(ANGLE))["at"]
+    (at,) = command(f"simulate {column.source} --samples {SAMPLES} --at {ANGLE}")["at"]
     close(at.get("quantities", at)[column.key], column.rows(np.radians([ANGLE]))[0])
 
 
 @row("simulate")
 def check_summary(column: Column, folder: Path) -> None:
-    designer = command("simulate", column.source, "--samples", str(SAMPLES), "--at", str(ANGLE))[
-        "designer"
-    ]
+    designer = command(f"simulate {column.source} --samples {SAMPLES} --at {ANGLE}")["designer"]
     peaks = {
         entry["name"]: entry for entry in (*designer.get("peaks", ()), *designer.get("forces", ()))
     }
@@ -191,13 +189,7 @@ def check_difference(column: Column, folder: Path) -> None:
 @row("sensitivity")
 def check_sensitivity(column: Column, folder: Path) -> None:
     result = command(
-        "sensitivity",
-        column.source,
-        "--all",
-        "--samples",
-        str(SAMPLES),
-        "--least",
-        f"rms {column.quantity}",
+        f"sensitivity {column.source} --all --samples {SAMPLES} --least 'rms {column.quantity}'"
     )
     names = [name for name in result["gradient"] if column.value.endswith(name)]
     step = 1e-4 * column.number
@@ -208,19 +200,9 @@ def check_sensitivity(column: Column, folder: Path) -> None:
 
 def optimum(column: Column, *more: str) -> Any:
     low, high = column.ends
-    words = (
-        "--samples",
-        str(SAMPLES),
-        "--method",
-        "ipopt",
-        "--starts",
-        "2",
-        "--least",
-        f"rms {column.quantity}",
-    )
-    return command(
-        "optimise", column.source, *words, "--vary", f"{column.value}={low!r}:{high!r}", *more
-    )
+    words = f"--samples {SAMPLES} --method ipopt --starts 2 --least 'rms {column.quantity}'"
+    vary = f"--vary {column.value}={low!r}:{high!r}"
+    return command(f"optimise {column.source} {words} {vary}", *more)
 
 
 @row("optimise")
@@ -262,10 +244,8 @@ def check_certificate(column: Column, folder: Path) -> None:
 @row("optimise")
 def check_prove(column: Column, folder: Path) -> None:
     if column.name in OF_A_DEVICE:
-        words = ("--samples", str(SAMPLES), "--method", "ipopt", "--starts", "1")
-        proof = answer("optimise", column.source, *words, "--prove", "--prove-seconds", "4")[
-            "proof"
-        ]
+        words = f"--samples {SAMPLES} --method ipopt --starts 1 --prove --prove-seconds 4"
+        proof = answer(f"optimise {column.source} {words}")["proof"]
         bounds = [_objective(column, x) for x in np.linspace(*column.ends, 5).tolist()]
     else:
         proof = optimum(column, "--prove", "--prove-seconds", "4")["proof"]
@@ -288,19 +268,8 @@ def check_whole_teeth(column: Column, folder: Path) -> None:
     """The pitch curves of the optimum are so many pitches long: its gears need no other size."""
     if column.name in OF_A_DEVICE:
         out = folder / "optimum"
-        words = (
-            "--module",
-            "1",
-            "--method",
-            "ipopt",
-            "--starts",
-            "1",
-            "--samples",
-            "90",
-            "--out",
-            str(out),
-        )
-        teeth = answer("optimise", column.source, *words)["teeth"]["stages"]
+        words = "--module 1 --method ipopt --starts 1 --samples 90 --out"
+        teeth = answer(f"optimise {column.source} {words}", str(out))["teeth"]["stages"]
         stages = answer("gears", str(out / "optimum.toml"), "--module", "1")["stages"]
         assert [stage["z"][0] for stage in stages] == [stage["z"] for stage in teeth]
         close([stage["scale"] for stage in stages], [1.0, 1.0], 1e-7)
@@ -324,9 +293,10 @@ def check_calibrate(column: Column, folder: Path) -> None:
         "\n".join([f"angle [deg],curve [{unit or '1'}]", *lines]) + "\n", encoding="utf-8"
     )
     low, high = column.ends
-    words = ("--data", str(path), "--column", "curve", "--angle", "angle", "--quantity", column.key)
-    words += ("--model", "exact") if column.name in OF_A_DEVICE else ()
-    result = answer("calibrate", column.source, *words, "--fit", f"{column.value}={low!r}:{high!r}")
+    words = f"--data {path} --column curve --angle angle --quantity {column.key}"
+    words += " --model exact" if column.name in OF_A_DEVICE else ""
+    fit = f"--fit {column.value}={low!r}:{high!r}"
+    result = answer(f"calibrate {column.source} {words} {fit}")
     (fitted,) = (entry for entry in result["fitted"] if entry["name"] == column.value)
     close(fitted["value"], truth, 1e-5)
 
@@ -345,7 +315,7 @@ def check_sweep(column: Column, folder: Path) -> None:
         "[inputs]",
     ]
     plan.write_text("\n".join([*lines, f'"{column.value}" = {values!r}']) + "\n", encoding="utf-8")
-    answer("sweep", str(plan), "--workers", "1", "--out", str(folder / "run"))
+    answer(f"sweep {plan} --workers 1 --out", str(folder / "run"))
     with (folder / "run" / "rows.csv").open(encoding="utf-8") as file:
         rows = [line for line in csv.reader(file) if line and line[0][:1] in "-0123456789"]
     phi = column.angles(20_000)  # rows have true extremes
@@ -362,18 +332,8 @@ def tolerances(column: Column, folder: Path) -> Any:
         f'[tolerances]\n"{column.value}" = {{ plus_minus = {0.001 * column.number!r} }}\n',
         encoding="utf-8",
     )
-    words = (
-        "--samples",
-        "200",
-        "--indices",
-        "32",
-        "--no-robust",
-        "--workers",
-        "1",
-        "--tolerances",
-        str(path),
-    )
-    return answer("tolerance", column.source, *words, "--output", output(column))
+    words = f"--samples 200 --indices 32 --no-robust --workers 1 --tolerances {path}"
+    return answer(f"tolerance {column.source} {words} --output", output(column))
 
 
 @row("tolerance")
@@ -407,28 +367,11 @@ def check_robust(column: Column, folder: Path) -> None:
         encoding="utf-8",
     )
     (low, high), sum_ = column.ends, f"rms {column.quantity}"
-    words = (
-        "--samples",
-        "100",
-        "--indices",
-        "0",
-        "--workers",
-        "1",
-        "--sigmas",
-        "1",
-        "--tolerances",
-        str(plan),
-    )
+    words = f"--samples 100 --indices 0 --workers 1 --sigmas 1 --tolerances {plan}"
     if column.name not in OF_A_DEVICE:
-        words += (
-            "--output",
-            output(column),
-            "--least",
-            sum_,
-            "--vary",
-            f"{column.value}={low!r}:{high!r}",
-        )
-    result = answer("tolerance", column.source, *words)["robust"]
+        words += f" --output {output(column)} --least '{sum_}'"
+        words += f" --vary {column.value}={low!r}:{high!r}"
+    result = answer(f"tolerance {column.source} {words}")["robust"]
     assert result["objective"] == pytest.approx(result["mean"] + result["std"], rel=1e-12)
     assert result["objective"] <= result["own_objective"] * (1 + 1e-9)
 
@@ -438,17 +381,8 @@ def check_drive(column: Column, folder: Path) -> None:
     """With a heavy flywheel the motor's line at the mean torque gives the speed."""
     speed = float(60 / (2 * np.pi) * column.machine().data[column.machine().speed])
     stall, idle = 500.0, 1.1 * speed
-    words = (
-        "--stall-Nm",
-        str(stall),
-        "--idle-rpm",
-        repr(idle),
-        "--flywheel-kgm2",
-        "1e3",
-        "--samples",
-        "360",
-    )
-    result = answer("drive", column.source, *words)
+    words = f"--stall-Nm {stall} --idle-rpm {idle!r} --flywheel-kgm2 1e3 --samples 360"
+    result = answer(f"drive {column.source} {words}")
     mean = result["motor_work_J"] / (2 * np.pi)
     assert result["speed"]["mean_rpm"] == pytest.approx(idle * (1 - mean / stall), rel=1e-5)
     assert result["speed"]["fluctuation"] < 1e-3
@@ -461,7 +395,7 @@ def check_families(column: Column, folder: Path) -> None:
     """The device in the paper's narrow box, which is compared with, is one that `simulate`
     knows.
     """
-    result = answer("compare", column.source, "--starts", "1", "--pair", "limacon+limacon")
+    result = answer(f"compare {column.source} --starts 1 --pair limacon+limacon")
     narrow, (device,) = result["narrow"], result["devices"]
     design = [
         word
@@ -510,9 +444,7 @@ def check_drawing(column: Column, folder: Path) -> None:
 
 @row("export")
 def check_c(column: Column, folder: Path) -> None:
-    files = tuple(
-        map(Path, answer("export", "c", column.source, "--out", str(folder / "c"))["files"])
-    )
+    files = tuple(map(Path, answer("export c", column.source, "--out", str(folder / "c"))["files"]))
     library = Library(files)
     status, values = library.quantities(column.angles())
     assert status == 0
@@ -526,7 +458,7 @@ def check_c(column: Column, folder: Path) -> None:
 def _unit(column: Column, folder: Path, version: str) -> None:
     fmpy = pytest.importorskip("fmpy")
     unit = folder / "unit.fmu"
-    answer("export", "fmu", column.source, "--fmi", version, "--out", str(unit))
+    answer(f"export fmu {column.source} --fmi {version} --out {unit}")
     speed = float(column.machine().data[column.machine().speed])
     period = 2 * np.pi / abs(speed)
     name = column.quantity if column.name != "compact" else f"side1.{column.quantity}"
@@ -549,7 +481,7 @@ def check_fmu_3(column: Column, folder: Path) -> None:
 
 @row("export")
 def check_motion(column: Column, folder: Path) -> None:
-    answer("export", "motion", column.source, "--samples", str(SAMPLES), "--out", str(folder))
+    answer(f"export motion {column.source} --samples {SAMPLES} --out {folder}")
     with (folder / "motion.csv").open(encoding="utf-8") as file:
         lines = [line for line in csv.reader(file) if not line[0].startswith("#")]
     place = lines[0].index(column.key)
@@ -568,14 +500,8 @@ SYSTEMS = {
 
 def _written(column: Column, folder: Path, language: str) -> str:
     if column.is_own:
-        answer(
-            "derive",
-            str(own.EXAMPLES / f"{column.name}.py"),
-            "--target",
-            language,
-            "--out",
-            str(folder),
-        )
+        statement = own.EXAMPLES / f"{column.name}.py"
+        answer(f"derive {statement} --target {language} --out {folder}")
         return "\n".join(
             file.read_text(encoding="utf-8") for file in (folder / language).rglob("*.*")
         )
@@ -614,7 +540,7 @@ def _names(column: Column) -> list[str]:
 
 @row("animate")
 def check_animate(column: Column, folder: Path) -> None:
-    answer("animate", column.source, "--seconds", "2", "--out", str(folder / "a.gif"))
+    answer(f"animate {column.source} --seconds 2 --out", str(folder / "a.gif"))
     with Image.open(folder / "a.gif") as image:
         frames = [frame.info["duration"] for frame in ImageSequence.Iterator(image)]
     assert len(frames) > 10
@@ -682,7 +608,7 @@ def check_gears(column: Column, folder: Path) -> None:
 
 @row("cam")
 def check_cam(column: Column, folder: Path) -> None:
-    result = command("cam", column.source, "--roller-mm", "6")
+    result = command(f"cam {column.source} --roller-mm 6")
     if column.is_own:
         phi = np.radians(result["pressure_angle_deg"]["at_deg"])
         step = 1e-5
@@ -695,23 +621,19 @@ def check_cam(column: Column, folder: Path) -> None:
             1e-6,
         )
     else:
-        designer = command(
-            "simulate", column.source, "--samples", str(SAMPLES), "--at", str(ANGLE)
-        )["designer"]
+        designer = command(f"simulate {column.source} --samples {SAMPLES} --at {ANGLE}")["designer"]
         close(result["pressure_angle_deg"]["max"], designer["cam_pressure_angle_max_deg"])
 
 
 @row("simulate")
 def check_report(column: Column, folder: Path) -> None:
     out = folder / "report"
-    result = answer(
-        "simulate", column.source, "--samples", str(SAMPLES), "--at", str(ANGLE), "--out", str(out)
-    )
+    result = answer(f"simulate {column.source} --samples {SAMPLES} --at {ANGLE} --out {out}")
     written = json.loads((out / "summary.json").read_text(encoding="utf-8"))
     assert (
         written["at"]
         == result["at"]
-        == command("simulate", column.source, "--samples", "24", "--at", "50.0")["at"]
+        == command(f"simulate {column.source} --samples 24 --at 50.0")["at"]
     )
     assert "<svg" in (out / "report.html").read_text(encoding="utf-8")
 

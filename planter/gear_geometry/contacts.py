@@ -10,14 +10,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Protocol
 
 import numpy as np
 
 from planter.gear_geometry.flanks import Cut
-from planter.gear_geometry.gear import Gear
 from planter.gear_geometry.mesh import FacingFlanks, Mesh
-from planter.gear_geometry.pitch_curves import RACK, CurvePair
+from planter.gear_geometry.pitch_curves import RACK
 from planter.kernels import Array
 from planter.numerics import roots
 from planter.numerics.arrays import Integers, wrap_angle
@@ -30,32 +28,11 @@ _MAX_STEPS = 0.25, 0.05
 """Longest steps of a search: along the pitch curves in pitches, and of the mate's turn [rad]."""
 
 
-class FlankMeshing(Protocol):
-    """Protocol of two gears in mesh (`Mesh`, `RowMesh`)."""
-
-    @property
-    def pair(self) -> CurvePair: ...
-
-    @property
-    def gears(self) -> tuple[Gear, Gear]: ...
-
-    @property
-    def pitch(self) -> float: ...
-
-    def places(self, at: Array) -> tuple[Array, Array]:
-        """Return angle [rad] and axis [m] (3, n) of both gears at rolling lengths (n,) [m]."""
-
-    def arc_lengths(self, at: Array) -> tuple[Array, Array]:
-        """Return arc lengths (n,) [m] of the contact on both pitch curves at rolling lengths (n,)
-        [m].
-        """
-
-
 @dataclass(frozen=True)
 class Contacts:
     """The contacts of flanks of a mesh that face each other (n,)."""
 
-    mesh: FlankMeshing
+    mesh: Mesh
     faced: FacingFlanks
 
     @property
@@ -90,6 +67,7 @@ class Contacts:
         in contact.
         """
         turns = self.solve(self.thinned, self._start)[2]
+        # several flanks face each other at one position; the nearest of a side stops the mate
         position = np.unique(self.faced.at, return_inverse=True)[1]
         return find_smallest_turns(turns, position, self.faced.side)
 
@@ -118,6 +96,7 @@ class Contacts:
             )
             return np.array([_dot(gap, gear_cut.tangents), sine]), slopes
 
+        # displaced, so that a solution at the pitch point is found and not assumed
         start = self._start[:2] + _START_OFFSET * self.mesh.pitch
         at = roots.solve_systems(system, start, np.full(2, _MAX_STEPS[0] * self.mesh.pitch))
         gear_cut, mate_cut = self.cut_flanks(self.thinned, at, still)
@@ -260,8 +239,9 @@ class WiderMesh:
         rolled = wrap_angle(mesh.positions - middle[:, None], period)
         pair, position = np.nonzero(np.abs(rolled) <= half[:, None])
         offset = rolled[pair, position]
+        # between its two ends a contact moves almost evenly, which is near enough for a start
         share = (offset / half[pair] + 1) / 2
-        faced = _select_pairs(mesh.pairs, middle[pair] + offset, pair)
+        faced = replace(mesh.pairs.select(pair), at=middle[pair] + offset)
         start = ((1 - share) * self.first[:, pair] + share * self.last[:, pair])[:AT]
         contacts = Contacts(mesh, faced)
         return find_smallest_turns(
@@ -277,6 +257,7 @@ def move_apart(mesh: Mesh, more: float) -> WiderMesh | None:
     """
     steps = int(np.ceil(more / (_DISTANCE_STEP * mesh.gear.rack.module)))
     starts = None
+    # step by step: the solution at one distance is the start at the next
     for further in more * np.arange(steps + 1) / steps:
         wider = replace(mesh, pair=replace(mesh.pair, distance=mesh.pair.distance + further))
         try:
@@ -298,6 +279,7 @@ def _limit_contacts(mesh: Mesh, limits: tuple[Array, ...]) -> WiderMesh:
         )
         for first, second in (limits[:2], limits[2:])
     )
+    # both flanks must exist: the later beginning, and the earlier end
     first = np.where(low[AT] > other_low[AT], low, other_low)
     last = np.where(high[AT] < other_high[AT], high, other_high)
     return WiderMesh(mesh, first, last)
@@ -310,7 +292,7 @@ def _find_limits(mesh: Mesh, starts: tuple[Array, ...] | None) -> tuple[Array, .
     pairs, contacts = mesh.pairs, list[Array]()
     flanks = Contacts(mesh, pairs).thinned
     for k in (0, 1):
-        tip, end = (reach[pairs.numbers[k]] for reach in mesh.reaches[k])
+        tip, end = (reach[pairs.numbers[k]] for reach in mesh.gears[k].reaches)
         for depth in (-tip, end):
             fixed = flanks[k] + pairs.side * depth
             start = (
@@ -343,7 +325,7 @@ def _solve_contacts(mesh: Mesh, k: int, fixed: Array, start: Array) -> Array:
 
     def system(values: Array) -> tuple[Array, Array]:
         rows = fill_rows(values)
-        contacts = Contacts(mesh, _select_pairs(mesh.pairs, rows[AT], np.arange(len(fixed))))
+        contacts = Contacts(mesh, replace(mesh.pairs, at=rows[AT]))
         gear_cut, mate_cut = contacts.cut_flanks(contacts.thinned, rows[:TURNED], rows[TURNED])
         residuals, slopes = contacts.residuals(gear_cut, mate_cut)
         rates = _rotation_rates(mesh, rows[AT])
@@ -378,15 +360,3 @@ def _rotation_rates(mesh: Mesh, at: Array) -> Array:
         x, y, tx, ty = curve.at(s)[:4]
         rates.append(-sense * (x * ty - y * tx) / (x**2 + y**2))
     return np.array(rates)
-
-
-def _select_pairs(pairs: FacingFlanks, at: Array, index: Integers) -> FacingFlanks:
-    """Return some of the pairs, by number, at rolling lengths (n,)."""
-    gear_numbers, mate_numbers = pairs.numbers
-    return FacingFlanks(
-        at,
-        pairs.side[index],
-        (gear_numbers[index], mate_numbers[index]),
-        pairs.xi[:, index],
-        np.full_like(at, np.nan),
-    )

@@ -20,8 +20,8 @@ from planter.errors import GeometryError, InputError
 from planter.gear_geometry.contacts import Contacts, WiderMesh, move_apart
 from planter.gear_geometry.flanks import Flanks, Rack
 from planter.gear_geometry.gear import Gear
-from planter.gear_geometry.mesh import Mesh
-from planter.gear_geometry.pitch_curves import KAPPA, POLAR, RACK, CurvePair, PitchCurve
+from planter.gear_geometry.mesh import Mesh, compute_pressure_angles
+from planter.gear_geometry.pitch_curves import KAPPA, POLAR, CurvePair, PitchCurve
 from planter.gear_geometry.polygons import FINE_CHORDS, Overlay
 from planter.kernels import Array
 from planter.numerics import extrema
@@ -108,6 +108,7 @@ def size_pair(pair: CurvePair, order: ToothOrder, name: str) -> SizedPair:
     keep = order.keep or ("module" if module else "size")
     fitted_module = module if module and keep == "module" else length / (np.pi * z)
     scale = np.pi * fitted_module * z / length if keep == "module" else 1.0
+    # a scale of rounding would cost the curve its digits
     scale = 1.0 if abs(scale - 1) <= _SCALE_TOLERANCE else scale
     mate = pair.mate.length * z / length
     if abs(mate - round(mate)) > _INTEGER_TOLERANCE * mate:
@@ -178,6 +179,7 @@ def check_curve(curve: PitchCurve, order: ToothOrder, tip: float, root: float, n
     finding = f"{name}: the pitch curve is concave with a radius of {bow * 1e3:.4g} mm {place}"
     if order.process == "hob":
         raise GeometryError(f"{finding}, which no hob can cut: the process must be shaper or wire")
+    # the whole depth of the rack is that of the cutter in its own modules
     cutter = order.cutter_teeth * (tip + root) / (2 * (2 * order.addendum + order.clearance))
     if order.process == "shaper" and bow <= cutter:
         raise GeometryError(
@@ -349,11 +351,7 @@ class ToothedPair:
         curve, alpha = self.mesh.gear.curve, self.order.pressure_angle
 
         def angle(s: Array) -> Array:
-            columns = (
-                RACK("pressure", place=curve.at(s)[:POLAR], side=side, alpha=alpha)
-                for side in (1.0, -1.0)
-            )
-            return np.array([column["pressure"] for column in columns])
+            return compute_pressure_angles(curve, s, alpha)
 
         places = np.linspace(0, curve.length, len(self.mesh.positions), endpoint=False)
         smallest = extrema.find_minimum(lambda s: angle(s).min(axis=0), places, closed=True)
@@ -427,6 +425,7 @@ def find_first_order(pair: ToothedPair, orders: Sequence[ToothOrder]) -> ToothOr
     """
     if not orders or not passes_limits(pair, orders[-1]):
         return None
+    # by bisection, since the orders that pass follow those that do not
     low, high = -1, len(orders) - 1
     while high - low > 1:
         middle = (low + high) // 2
@@ -436,6 +435,7 @@ def find_first_order(pair: ToothedPair, orders: Sequence[ToothOrder]) -> ToothOr
 
 def passes_limits(pair: ToothedPair, order: ToothOrder) -> bool:
     """Return whether the teeth of a pair pass all limits with another order at the same size."""
+    # the pair is sized already; another order must not size it again
     fixed = replace(order, teeth=pair.sized.teeth[0], module=None, keep="size")
     try:
         other = cut_teeth(

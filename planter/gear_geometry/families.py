@@ -153,6 +153,7 @@ def _compute_unit(family: ModuleType) -> float:
     count = relative.function.size1_in(1)
     values = [v[0, 0] for v in relative(swing=SMALL_SWING, shape=np.zeros(count)).values()]
     prologue = Kernel(family.prologue(TERMS))
+    # rounded, so that the unit does not depend on the machine's arithmetic
     return round(float(prologue(parameters=np.array([*values, 1.0]))["hoisted"][0, 0]) / 2, 6)
 
 

@@ -74,10 +74,6 @@ class Rack:
         """Return the rack of the conjugate gear, with the opposite profile shift."""
         return replace(self, shift=0.0 - self.shift)
 
-    def without_play(self) -> Rack:
-        """Return the rack of a pair without backlash."""
-        return replace(self, play=0.0)
-
     def run(self, depth: float) -> float:
         """Return the length of the pitch curve [m] on which a straight flank is cut down to a depth
         [m].
@@ -182,6 +178,7 @@ class Flanks:
     def tips(self) -> tuple[Array, Array]:
         """Arc lengths (2 z,) of flank and tip line in their intersection."""
         height, index = self.rack.sizes["tip"], np.arange(2 * self.z)
+        # on a concave curve the reach of the rack itself is the better start
         kappa = np.maximum(self.curve.at(self.xi)[KAPPA], 0.0)
         reach = RACK("reach", kappa=kappa, height=height, alpha=self.rack.pressure_angle)["reach"]
 
@@ -249,6 +246,7 @@ class Flanks:
             owner, places = np.append(owner, index[part]), np.append(places, inside)
             middle = np.append(middle, inside)
         rates = self.compute_rates(places, owner, middle)[0]
+        # ends, breakpoints and stationary points together: the least of an owner comes first
         order = np.lexsort((rates, owner))
         first = order[np.searchsorted(owner[order], np.arange(2 * self.z))]
         return Extremes(places[first], rates[first])
@@ -283,7 +281,9 @@ def split_at_breakpoints(
     """
     index, cuts = np.arange(len(low)), [(np.arange(len(low)), low)]
     for joint in curve.joints:
+        # a breakpoint at an end of an interval splits nothing
         ahead = np.mod(joint - low, curve.length)
+        # a tolerance, since ends often are breakpoints but for rounding
         inside = np.flatnonzero(
             (ahead > EMPTY_SHARE * curve.length) & (ahead < high - low - EMPTY_SHARE * curve.length)
         )
@@ -455,6 +455,7 @@ def _find_crossing(
             )
     if not candidates:
         return None
+    # the first crossing on the way down is where the outline leaves the line
     _, number, start = min(candidates, key=lambda candidate: candidate[:2])
 
     def gap(at: Array) -> tuple[Array, Array]:
@@ -462,6 +463,7 @@ def _find_crossing(
         b = _select_cut(flanks, candidates_below[number])(at[1], index[:1])
         return a.points - b.points, np.stack([a.rate * a.tangents, -b.rate * b.tangents], axis=1)
 
+    # at a reversal both lines are parallel, and Newton's method stalls before a fixed tolerance
     rounding = _ROUNDING * np.abs(_select_cut(flanks, line)(start[:1], index[:1]).points).max()
     at = roots.solve_systems(gap, start[:, None], np.full(2, flanks.rack.module / 20), rounding)
     return number, float(at[0, 0]), float(at[1, 0])

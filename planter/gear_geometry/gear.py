@@ -55,21 +55,6 @@ class OutlinePiece(Protocol):
         """Return signed curvature (n,) [1/m], positive where the outline bends to the left."""
 
 
-@dataclass(frozen=True)
-class ToothOutline:
-    """The closed outline of a gear, in the frame of its axis: each piece ends where the next
-    begins.
-
-    `centre` is the gear's axis (0, 0) or where an assembly puts it [m]; `pitch` gives points (n, 2)
-    [m] of the closed pitch curve, by a parameter (n,) that runs from 0 to 1.
-    """
-
-    name: str
-    pieces: tuple[OutlinePiece, ...]
-    centre: tuple[float, float]
-    pitch: Callable[[Array], Array]
-
-
 KINDS: tuple[Kind, ...] = ("fillet", "flank", "tip", "root")
 
 
@@ -114,11 +99,6 @@ def split_at_joints(curve: PitchCurve, pieces: OutlinePieces) -> OutlinePieces:
         np.where(reversed_, ends, starts),
         np.where(reversed_, starts, ends),
     )
-
-
-def drop_empty(pieces: OutlinePieces, length: float) -> OutlinePieces:
-    """Return the pieces that have a length; a rack with a full tip radius leaves no root."""
-    return pieces.select(np.abs(pieces.end - pieces.start) > EMPTY_SHARE * length)
 
 
 TIP, ROOT = KINDS.index("tip"), KINDS.index("root")
@@ -205,10 +185,23 @@ class Gear:
         """Pieces tooth by tooth: fillet, flank, tip, flank, fillet, root; split at breakpoints of
         the pitch curve.
         """
-        rows = np.array(list(self._ordered()))
+        rows = self._arrange(np.array(list(self._ordered())))
         kind, flank, tooth, side = rows[:, :4].astype(int).T
         pieces = OutlinePieces(kind, flank, tooth, side, rows[:, 4], rows[:, 5])
-        return drop_empty(split_at_joints(self.curve, pieces), self.curve.length)
+        # a rack with a full tip radius leaves no root
+        pieces = split_at_joints(self.curve, pieces)
+        return pieces.select(np.abs(pieces.end - pieces.start) > EMPTY_SHARE * self.curve.length)
+
+    def _arrange(self, rows: Array) -> Array:
+        """Return the rows of all pieces of the outline, from those of whole teeth."""
+        return rows
+
+    @cached_property
+    def reaches(self) -> tuple[Array, Array]:
+        """Lengths (2 z,) [m] from the flanks' crossings to their tips, and to their ends."""
+        flanks = self.flanks
+        ends = np.array([path[0].lower for path in self.paths])
+        return np.abs(flanks.tips[0] - flanks.xi), np.abs(ends - flanks.xi)
 
     def _ordered(self) -> Iterator[tuple[float, ...]]:
         """Yield the rows of `OutlinePieces` in order."""
@@ -221,18 +214,23 @@ class Gear:
             *lines, root = self.paths[end]
             for line in lines:
                 yield KINDS.index(line.kind), end, tooth, 1, line.upper, line.lower
+            # the last root ends a turn after the first tooth begins
             past = 0.0 if tooth + 1 < z else self.curve.length
             yield ROOT, -1, tooth, 0, root.upper, self.paths[(tooth + 1) % z][-1].upper + past
 
-    def outline(self, centre: tuple[float, float] = (0.0, 0.0)) -> ToothOutline:
-        """Return the outline of a gear whose axis is at a centre [m] in the assembly."""
-        pieces = tuple(GearPiece(self, number) for number in range(len(self.pieces.kind)))
-        return ToothOutline(self.name, pieces, centre, self.curve.places)
+    def outline(self) -> list[OutlinePiece]:
+        """Return the pieces of the outline in order, each beginning where the last one ends."""
+        return [GearPiece(self, number) for number in range(len(self.pieces.kind))]
+
+    def pitch_points(self, share: Array) -> Array:
+        """Return points (n, 2) [m] of the pitch curve at shares (n,) of its length."""
+        return self.curve.places(share)
 
     def cut(self, pieces: OutlinePieces, share: Array) -> Cut:
         """Return pieces (n,) evaluated at shares (n,)."""
         s = pieces.start + share * (pieces.end - pieces.start)
         cut = Cut(np.empty((2, len(s))), np.empty((2, len(s))), np.empty(len(s)), np.empty(len(s)))
+        # all pieces of a kind in one call, which costs more than its points
         for kind, evaluate in enumerate(self._cutting):
             index = np.flatnonzero(pieces.kind == kind)
             if len(index):
@@ -273,6 +271,7 @@ class Gear:
     def area(self) -> float:
         """Area inside the outline [m2]."""
         cut, weights = self._quadrature
+        # Green's theorem along the outline
         (x, y), (ex, ey) = cut.points, cut.tangents
         return float(((x * ey - y * ex) * weights).sum() / 2)
 
@@ -289,5 +288,6 @@ class Gear:
         """Smallest distance of the outline from the axis [m]."""
         shares = np.linspace(0, 1, _SAMPLES)
         distances = np.hypot(*self.sampled(shares).points)
+        # the samples only choose the piece; its minimum is searched
         nearest = GearPiece(self, int(np.argmin(distances.min(axis=1))))
         return extrema.find_minimum(lambda s: np.hypot(*nearest.at(s).T), shares).value

@@ -36,12 +36,7 @@ from planter.gear_geometry.gear import (
     ROOT,
     TIP,
     Gear,
-    GearPiece,
     OutlinePiece,
-    OutlinePieces,
-    ToothOutline,
-    drop_empty,
-    split_at_joints,
 )
 from planter.gear_geometry.locking_arcs import Horn, Rolling, compute_arc_radius, compute_horn
 from planter.gear_geometry.pitch_curves import KAPPA, RACK, PitchCurve
@@ -96,7 +91,9 @@ def find_best_phase(rolling: Rolling, rack: Rack, radius: float, clearance: floa
     ends = [_DwellEnd.build(rolling, rack, radius, clearance, end) for end in (0, 1)]
     after, before = (end.undriven for end in ends)
     number = np.arange(_PHASES)
+    # flanks are a pitch apart, so that the phase at one end gives that at the other
     opposite = (round(rolling.length / rack.pitch * _PHASES) - number) % _PHASES
+    # the sum: a phase that is best at one end can be worst at the other
     chosen = int(np.argmin(after + before[opposite]))
     centre = chosen / _PHASES * rack.pitch - _DRIVES * rack.sizes["full"]
     first = ends[0].margin + (centre - ends[0].margin) % rack.pitch
@@ -315,7 +312,7 @@ def _build_rows(
 
 
 def _build_driven_gear(row: ToothRow, rolling: Rolling, cut: Region) -> IncompleteGear:
-    line = row.line()
+    line = row.outline()
     closing = StraightWall(row.z - 1, line[-1].at(np.ones(1))[0], line[0].at(np.zeros(1))[0])
     pieces = trim_line(start_outside([*line, closing], cut), cut)
     return IncompleteGear(
@@ -326,7 +323,7 @@ def _build_driven_gear(row: ToothRow, rolling: Rolling, cut: Region) -> Incomple
 def _build_driving_gear(
     row: ToothRow, rolling: Rolling, radius: float, truncated: tuple[Region, Region]
 ) -> IncompleteGear:
-    line = row.line()
+    line = row.outline()
     for region in truncated:
         line = trim_line(line, region)
     arc = CircularArc("convex arc", row.z - 1, AXIS, radius, rolling.over[1], rolling.dwell)
@@ -351,6 +348,7 @@ def _find_truncation(
         raise GeometryError(
             f"{mate.name}: the locking arc has no adjacent horn: it cannot lock the dwell"
         )
+    # the tips of the horn sweep a circle about the driven axis
     reach = float(np.hypot(*horn.T).max()) + clearance
     return Region(
         (
@@ -379,13 +377,10 @@ class ToothRow(Gear):
     high: float = 0.0
     tipped: bool = False
 
-    @cached_property
-    def pieces(self) -> OutlinePieces:
-        inner = np.array(list(self._ordered()))[:-1]
-        rows = self._between_tips(inner) if self.tipped else self._between_roots(inner)
-        kind, flank, tooth, side = rows[:, :4].astype(int).T
-        pieces = OutlinePieces(kind, flank, tooth, side, rows[:, 4], rows[:, 5])
-        return drop_empty(split_at_joints(self.curve, pieces), self.curve.length)
+    def _arrange(self, rows: Array) -> Array:
+        """Return the rows of the teeth and of what the outline has beyond them."""
+        inner = rows[:-1]
+        return self._between_tips(inner) if self.tipped else self._between_roots(inner)
 
     def _between_roots(self, inner: Array) -> Array:
         last = 2 * self.z - 1
@@ -398,10 +393,6 @@ class ToothRow(Gear):
         rows = inner[tips[0] : tips[-1] + 1].copy()
         rows[0, 4], rows[-1, 5] = self.low, self.high
         return rows
-
-    def line(self) -> list[OutlinePiece]:
-        """Return the pieces in order."""
-        return [GearPiece(self, number) for number in range(len(self.pieces.kind))]
 
 
 @dataclass(frozen=True)
@@ -432,9 +423,13 @@ class IncompleteGear:
     def curve(self) -> PitchCurve:
         return self.row.curve
 
-    def outline(self, centre: tuple[float, float] = (0.0, 0.0)) -> ToothOutline:
-        """Return the outline of the gear with its axis at a centre [m] in the assembly."""
-        return ToothOutline(self.name, self.pieces, centre, self.pitch_line.at)
+    def outline(self) -> list[OutlinePiece]:
+        """Return the pieces of the outline in order."""
+        return list(self.pieces)
+
+    def pitch_points(self, share: Array) -> Array:
+        """Return points (n, 2) [m] of the rolling pitch line at shares (n,) of it."""
+        return self.pitch_line.at(share)
 
     @cached_property
     def points(self) -> Array:

@@ -12,10 +12,15 @@ import shapely
 
 from planter.gear_geometry.contacts import Contacts
 from planter.gear_geometry.gear import Gear
-from planter.gear_geometry.intermittent_gears import IntermittentPair, ToothRow
-from planter.gear_geometry.mesh import SIDES, FacingFlanks
-from planter.gear_geometry.pitch_curves import POLAR, RACK, CurvePair
-from planter.gear_geometry.polygons import Shapes, move_shapes
+from planter.gear_geometry.intermittent_gears import IntermittentPair
+from planter.gear_geometry.mesh import (
+    SIDES,
+    FacingFlanks,
+    Mesh,
+    compute_pressure_angles,
+    limit_arcs,
+)
+from planter.gear_geometry.polygons import Shapes, intersect_areas, move_shapes
 from planter.kernels import Array
 from planter.numerics.arrays import Flags, Integers
 
@@ -76,7 +81,7 @@ class IncompleteGearCycle:
         """Return the overlap (n,) [m2] of the outlines with both gears at angles [rad] and axes [m]
         (3, n).
         """
-        return _intersect_areas(self._clip_gear(0, gear), self._clip_gear(1, mate))
+        return intersect_areas(self._clip_gear(0, gear), self._clip_gear(1, mate))
 
     def _clip_gear(self, k: int, positions: Array) -> Shapes:
         """Return the parts of a gear near the line of centres, at angles [rad] and axes [m] (3,
@@ -93,7 +98,7 @@ class IncompleteGearCycle:
     @cached_property
     def mesh(self) -> RowMesh:
         """The teeth in mesh."""
-        return RowMesh(self.gears)
+        return RowMesh.from_pair(self.gears)
 
     @cached_property
     def drives(self) -> tuple[Flags, Flags]:
@@ -126,6 +131,7 @@ class IncompleteGearCycle:
         """Return the angles [rad] from the dwell to the longest uninterrupted presence, and from
         its end to the " "dwell.
         """
+        # the longest uninterrupted part counts: single gaps within it would be losses of contact
         lost = np.concatenate([[-1], np.flatnonzero(~present), [len(self.rolled)]])
         longest = int(np.argmax(np.diff(lost)))
         first, last = lost[longest] + 1, lost[longest + 1] - 1
@@ -180,7 +186,7 @@ class IncompleteGearCycle:
 
         def blocked(turn: Array) -> Flags:
             blocked_now: Flags = (
-                _intersect_areas(
+                intersect_areas(
                     gear_shapes,
                     move_shapes(mate_shapes, np.array([sense * turn, still + distance, still])),
                 )
@@ -189,6 +195,7 @@ class IncompleteGearCycle:
             return blocked_now
 
         low, high = still, still + FREE_ANGLE
+        # upwards in doublings: beyond the first obstacle the outlines may part again
         for trial in FREE_ANGLE * 2.0 ** -np.arange(_COARSE, -1, -1):
             open_ = trial < high
             stops = blocked(still + trial) & open_
@@ -200,36 +207,20 @@ class IncompleteGearCycle:
         return high
 
 
-def _intersect_areas(shapes: Shapes, mate_shapes: Shapes) -> Array:
-    """Return the overlaps (n,) [m2] of shapes."""
-    areas, touch = np.zeros(len(shapes)), np.flatnonzero(shapely.intersects(shapes, mate_shapes))
-    areas[touch] = shapely.area(shapely.intersection(shapes[touch], mate_shapes[touch]))
-    return areas
-
-
 _END_TOLERANCE = 1e-9
 """Share of a contact's length by which its ends are moved inwards against rounding."""
 
 
 @dataclass(frozen=True)
-class RowMesh:
-    """The teeth of an intermittent pair (`FlankMeshing`); rolling lengths count from the first
-    contact.
-    """
+class RowMesh(Mesh):
+    """The teeth of an intermittent pair in mesh; rolling lengths count from the first contact."""
 
     gears_pair: IntermittentPair
 
-    @property
-    def pair(self) -> CurvePair:
-        return self.gears_pair.rolling.pair
-
-    @property
-    def gears(self) -> tuple[Gear, Gear]:
-        return self.gears_pair.gear.row, self.gears_pair.mate.row
-
-    @property
-    def pitch(self) -> float:
-        return self.gears_pair.gear.rack.pitch
+    @classmethod
+    def from_pair(cls, pair: IntermittentPair) -> RowMesh:
+        """Return the mesh of the rows of teeth."""
+        return cls(pair.rolling.pair, pair.gear.row, pair.mate.row, pair)
 
     def places(self, at: Array) -> tuple[Array, Array]:
         """Return angle [rad] and axis [m] (3, n) of both gears at rolling lengths (n,) [m]."""
@@ -258,7 +249,7 @@ class RowMesh:
         side_index, position, tooth = np.nonzero(
             np.array([self.touching(at, side) for side in SIDES])
         )
-        return self._facing(at[position], tooth, np.array(SIDES)[side_index])
+        return self._face(at[position], tooth, np.array(SIDES)[side_index])
 
     @cached_property
     def contact_ratios(self) -> Array:
@@ -267,17 +258,11 @@ class RowMesh:
         """
         z = self.gears[0].z
         tooth, side = np.tile(np.arange(z), 2), np.repeat(SIDES, z)
-        faced = self._facing(np.zeros(2 * z), tooth, side)
-        (tip, end), (mate_tip, mate_end) = (
-            (
-                np.abs(gear.flanks.tips[0] - gear.flanks.xi)[number],
-                np.abs([path[0].lower for path in gear.paths] - gear.flanks.xi)[number],
-            )
-            for gear, number in zip(self.gears, faced.numbers, strict=True)
-        )
-        above, below = np.minimum(tip, mate_end), np.minimum(mate_tip, end)
+        faced = self._face(np.zeros(2 * z), tooth, side)
+        above, below = limit_arcs(self.gears, faced)
         meets = faced.xi[0] - self.gears_pair.rolling.lead
         inside = (1 - _END_TOLERANCE) * np.array([-above, below])
+        # slightly inside its ends, where rounding could take a contact off its flank
         begins, ends = meets + side * inside
         complete = self._remain_on_gears(begins, tooth, side) & self._remain_on_gears(
             ends, tooth, side
@@ -291,16 +276,10 @@ class RowMesh:
         rolling lengths (n,).
         """
         gear = self.gears[0]
-        place = gear.curve.at(self.arc_lengths(at)[0])[:POLAR]
-        alpha = gear.rack.pressure_angle
-        return np.array(
-            [
-                RACK("pressure", place=place, side=np.full(len(at), side), alpha=alpha)["pressure"]
-                for side in SIDES
-            ]
-        )
+        arcs = self.arc_lengths(at)[0]
+        return compute_pressure_angles(gear.curve, arcs, gear.rack.pressure_angle)
 
-    def _facing(self, at: Array, tooth: Integers, side: Array) -> FacingFlanks:
+    def _face(self, at: Array, tooth: Integers, side: Array) -> FacingFlanks:
         """Return teeth (n,) of the gear with their flanks of a side, and those of the mate."""
         gear, mate = self.gears
         later = (side > 0).astype(int)
@@ -318,15 +297,8 @@ class RowMesh:
         """Return whether the contact points of flanks (n,) at rolling lengths (n,) remain on both
         gears.
         """
-        faced = self._facing(at, tooth, side)
-        rows = list(
-            zip(
-                (self.gears_pair.gear.row, self.gears_pair.mate.row),
-                self.arc_lengths(at),
-                faced.numbers,
-                strict=True,
-            )
-        )
+        faced = self._face(at, tooth, side)
+        rows = list(zip(self.gears, self.arc_lengths(at), faced.numbers, strict=True))
         point, back = (row.flanks.flank(place, number).points.T for row, place, number in rows)
         present = np.all([_are_cut(row, place, number) for row, place, number in rows], axis=0)
         untopped = np.all(
@@ -336,7 +308,7 @@ class RowMesh:
         return remains
 
 
-def _are_cut(row: ToothRow, place: Array, number: Integers) -> Flags:
+def _are_cut(row: Gear, place: Array, number: Integers) -> Flags:
     """Return whether arc lengths (n,) lie between the tips and the ends of flanks (n,)."""
     tips, ends = row.flanks.tips[0][number], np.array([path[0].lower for path in row.paths])[number]
     return np.asarray((place >= np.minimum(tips, ends)) & (place <= np.maximum(tips, ends)))

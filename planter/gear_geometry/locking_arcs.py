@@ -14,7 +14,16 @@ import numpy as np
 import scipy
 
 from planter.errors import GeometryError
-from planter.gear_geometry.pitch_curves import POLAR, RACK, CurvePair, PitchCurve, X, Y
+from planter.gear_geometry.pitch_curves import (
+    POLAR,
+    RACK,
+    CurvePair,
+    PitchCurve,
+    X,
+    Y,
+    place_gears,
+    trace_pair,
+)
 from planter.kernels import Array, formulas
 from planter.numerics.arrays import TURN
 from planter.numerics.piecewise import ChebyshevPanels
@@ -93,6 +102,7 @@ def compute_horn(
     Its spaces do not matter if the material under them locks.
     """
     tips, roots = (_OffsetLine(rolling, end, height) for height in (addendum, -dedendum))
+    # beyond the edge a tip may reach farther from the axis than at it
     at = tips.edge(radius)
     distances = [tips.seen(at + step)[1] for step in np.linspace(0, addendum, _EDGE_SAMPLES)]
     return Horn(tips.reach(radius), max(distances), 0.0 if roots.holds(radius) else tips.holding)
@@ -224,6 +234,7 @@ class Rolling:
         rows = panels, panels.slope, panels.slope.slope
 
         def radii(t: Array) -> Array:
+            # end teeth are cut on parts of the curve beyond its ends, which must be smooth there
             clamped = np.clip(t, first, last)
             past = t - clamped
             r, dr, ddr = (part(clamped)[0] for part in rows)
@@ -239,13 +250,7 @@ class Rolling:
         def contact(t: Array) -> Array:
             return np.vstack([radii(t), ratios(t), turned(t)])
 
-        def gear(t: Array) -> tuple[Array, Array]:
-            return np.vstack([t, radii(t)]), np.ones_like(t)
-
-        def mate(t: Array) -> tuple[Array, Array]:
-            columns = contact(t)
-            return np.array(list(RACK("mate", contact=columns, a=distance).values())), columns[3]
-
+        gear, mate = trace_pair(contact, distance)
         curves = PitchCurve.from_trace(gear, breaks, 1), PitchCurve.from_trace(mate, breaks, -1)
         lead, end = curves[0].arc_within(np.array(over)).tolist()
         return cls(CurvePair(*curves, distance), over, lead, curves[1].length - end, end - lead)
@@ -262,10 +267,7 @@ class Rolling:
         """
         gear = self.pair.gear.at(self.lead + at)[POLAR]
         mate = self.pair.mate.at(self.behind + self.length - at)[POLAR]
-        zero = np.zeros_like(at)
-        return np.array([-gear, zero, zero]), np.array(
-            [np.pi - mate, np.full_like(at, self.pair.distance), zero]
-        )
+        return place_gears(gear, mate, self.pair.distance)
 
     def dwell_positions(self, share: Array) -> tuple[Array, Array]:
         """Return angle [rad] and axis [m] (3, n) of both gears at shares (n,) of the dwell."""

@@ -9,13 +9,14 @@ contact share a load; each result names the assumed sharing.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from planter.gear_geometry.gear import Gear
-from planter.gear_geometry.pitch_curves import POLAR, RACK, CurvePair
+from planter.gear_geometry.pitch_curves import POLAR, RACK, CurvePair, PitchCurve, place_gears
 from planter.kernels import Array
 from planter.numerics.arrays import Flags, Integers, wrap_angle
 
@@ -39,6 +40,14 @@ class FacingFlanks:
     numbers: tuple[Integers, Integers]
     xi: Array
     d: Array
+
+    def select(self, index: Integers | Flags) -> FacingFlanks:
+        """Return the flanks of an index or a mask."""
+        first, second = self.numbers
+        numbers = first[index], second[index]
+        return FacingFlanks(
+            self.at[index], self.side[index], numbers, self.xi[:, index], self.d[index]
+        )
 
 
 @dataclass(frozen=True)
@@ -86,25 +95,7 @@ class Mesh:
         turned = [
             c.at(s)[POLAR] for c, s in zip(self.pair.curves, self.arc_lengths(at), strict=True)
         ]
-        zero = np.zeros_like(at)
-        return (
-            np.array([-turned[0], zero, zero]),
-            np.array([np.pi - turned[1], np.full_like(at, self.pair.distance), zero]),
-        )
-
-    @cached_property
-    def reaches(self) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
-        """Lengths (2 z,) [m] of each gear from its flanks' crossings to their tips and to their
-        ends.
-        """
-        gear_reach, mate_reach = (
-            (
-                np.abs(g.flanks.tips[0] - g.flanks.xi),
-                np.abs([path[0].lower for path in g.paths] - g.flanks.xi),
-            )
-            for g in self.gears
-        )
-        return gear_reach, mate_reach
+        return place_gears(turned[0], turned[1], self.pair.distance)
 
     @cached_property
     def pairs(self) -> FacingFlanks:
@@ -139,15 +130,14 @@ class Mesh:
         )
         tooth: Array = (base[:, None] + grid[:, 0]).ravel()
         flanks = self._facing(np.repeat(at, len(grid)), tooth, np.tile(grid[:, 1], len(at)))
-        (tip, end), (mate_tip, mate_end) = (
-            (r[0][n], r[1][n]) for r, n in zip(self.reaches, flanks.numbers, strict=True)
-        )
+        (tip, end), (mate_tip, mate_end) = list_reaches(self.gears, flanks)
+        # half of the backlash for each gear, half of that for each of its flanks
         thinned = self.gear.rack.play / 4
         low, high = (
             np.maximum(-tip - thinned, thinned - mate_end),
             np.minimum(mate_tip + thinned, end - thinned),
         )
-        return _select_flanks(flanks, (flanks.d >= low) & (flanks.d <= high))
+        return flanks.select((flanks.d >= low) & (flanks.d <= high))
 
     @cached_property
     def arcs(self) -> tuple[Array, Array]:
@@ -157,10 +147,7 @@ class Mesh:
         Each tip is counted from its own flank, and a flank that ends before the other's tip ends
         them.
         """
-        (tip, end), (mate_tip, mate_end) = (
-            (r[0][n], r[1][n]) for r, n in zip(self.reaches, self.pairs.numbers, strict=True)
-        )
-        return np.minimum(tip, mate_end), np.minimum(mate_tip, end)
+        return limit_arcs(self.gears, self.pairs)
 
     @property
     def spans(self) -> tuple[Array, Array]:
@@ -195,6 +182,7 @@ class Mesh:
         pairs, lengths = self.pairs, np.empty_like(start)
         for side in (-1.0, 1.0):
             index = np.flatnonzero(pairs.side == side)
+            # the last pair of a period is followed by the first of the next
             index = index[np.argsort(pairs.at[index])]
             following = np.append(start[index][1:], start[index][0] + self.period * self.pitch)
             lengths[index] = end[index] - following
@@ -204,26 +192,34 @@ class Mesh:
     def ends(self) -> FacingFlanks:
         """Every pair of flanks where it begins to touch and where it ends, without play."""
         pairs, (above, below) = self.pairs, self.arcs
-        gear_numbers, mate_numbers = pairs.numbers
         sense = self.pair.sense * pairs.side
-        return FacingFlanks(
-            np.concatenate([pairs.at - sense * above, pairs.at + sense * below]),
-            np.tile(pairs.side, 2),
-            (np.tile(gear_numbers, 2), np.tile(mate_numbers, 2)),
-            np.tile(pairs.xi, 2),
-            np.concatenate([-above, below]),
-        )
+        at = np.concatenate([pairs.at - sense * above, pairs.at + sense * below])
+        twice = pairs.select(np.tile(np.arange(len(pairs.at)), 2))
+        return replace(twice, at=at, d=np.concatenate([-above, below]))
 
 
-def _select_flanks(faced: FacingFlanks, mask: Flags) -> FacingFlanks:
-    gear_numbers, mate_numbers = faced.numbers
-    return FacingFlanks(
-        faced.at[mask],
-        faced.side[mask],
-        (gear_numbers[mask], mate_numbers[mask]),
-        faced.xi[:, mask],
-        faced.d[mask],
-    )
+def compute_pressure_angles(curve: PitchCurve, s: Array, alpha: float) -> Array:
+    """Return the angles (2, n) [rad] of the normals of both SIDES to the perpendicular of the line
+    of centres, in the pitch point at arc lengths (n,) [m] of the gear.
+    """
+    place = curve.at(s)[:POLAR]
+    columns = [RACK("pressure", place=place, side=side, alpha=alpha) for side in SIDES]
+    return np.array([column["pressure"] for column in columns])
+
+
+def list_reaches(gears: Sequence[Gear], faced: FacingFlanks) -> list[tuple[Array, Array]]:
+    """Return `Gear.reaches` (n,) [m] of the flanks of both gears that face each other."""
+    pairs = zip(gears, faced.numbers, strict=True)
+    return [(gear.reaches[0][number], gear.reaches[1][number]) for gear, number in pairs]
+
+
+def limit_arcs(gears: Sequence[Gear], faced: FacingFlanks) -> tuple[Array, Array]:
+    """Return the rolling lengths (n,) [m] in contact on the addendum of the gear, and of its mate.
+
+    A flank that ends before the other's tip ends the contact.
+    """
+    (tip, end), (mate_tip, mate_end) = list_reaches(gears, faced)
+    return np.minimum(tip, mate_end), np.minimum(mate_tip, end)
 
 
 SIDES = (-1.0, 1.0)

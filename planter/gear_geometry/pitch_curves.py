@@ -57,12 +57,14 @@ class PitchCurve:
 
         length = ChebyshevPanels.fit(speed, breaks).integral
         at_ends = length(length.ends)[0]
+        # rounding of the integral must not move the origin
         at_ends[0] = 0.0
         total = at_ends[-1]
 
         def parameter(s: Array) -> Array:
             index = np.clip(np.searchsorted(at_ends, s, "right") - 1, 0, len(at_ends) - 2)
             low, high = length.ends[index], length.ends[index + 1]
+            # at an end itself rounding may give the bracket the wrong sign
             ends = np.minimum(at_ends[index] - s, -0.0), np.maximum(at_ends[index + 1] - s, 0.0)
 
             def rates(u: Array) -> tuple[Array, Array]:
@@ -95,6 +97,7 @@ class PitchCurve:
         """Return rows (6, n) at arc lengths (n,) [m] of any turn, on the side of breakpoints that
         lies `towards` (n,) " "[m].
         """
+        # the shift only chooses the panel; the rows are those of the arc length itself
         seen = s if towards is None else s + _SIDE_SHIFT * (towards - s)
         turns = np.floor(seen / self.length)
         past = turns * self.length
@@ -187,6 +190,19 @@ class CurvePair:
         )
 
 
+def trace_pair(contact: Contact, distance: float) -> tuple[Trace, Trace]:
+    """Return the traces of a contact's gear and of its mate, at a distance of the axes [m]."""
+
+    def gear(t: Array) -> tuple[Array, Array]:
+        return np.vstack([t, contact(t)[:3]]), np.ones_like(t)
+
+    def mate(t: Array) -> tuple[Array, Array]:
+        columns = contact(t)
+        return np.array(list(RACK("mate", contact=columns, a=distance).values())), columns[3]
+
+    return gear, mate
+
+
 def build_contact_pair(
     contact: Contact,
     distance: float,
@@ -200,13 +216,8 @@ def build_contact_pair(
     The mate turns `mate_turns` times in `turns`, one of which is 1.
     """
 
-    def gear(t: Array) -> tuple[Array, Array]:
-        return np.vstack([t, contact(t)[:3]]), np.ones_like(t)
-
-    def mate(t: Array) -> tuple[Array, Array]:
-        columns = contact(t)
-        return np.array(list(RACK("mate", contact=columns, a=distance).values())), columns[3]
-
+    gear, mate = trace_pair(contact, distance)
+    # a faster mate closes within a part of the gear's turn, a slower one needs several
     end = breaks[0] + TURN * turns / mate_turns
     all_turns = np.concatenate([breaks[:-1] + TURN * k for k in range(turns)])
     all_turns = np.append(all_turns[all_turns < end * (1 - _BREAK_TOLERANCE)], end)
@@ -215,6 +226,17 @@ def build_contact_pair(
         PitchCurve.from_trace(mate, all_turns, -sense),
         float(distance),
         sense,
+    )
+
+
+def place_gears(turned: Array, mate_turned: Array, distance: float) -> tuple[Array, Array]:
+    """Return angle [rad] and axis [m] (3, n) of both gears, the line of centres along x, from the
+    polar angles (n,) [rad] at which they touch.
+    """
+    zero = np.zeros_like(turned)
+    return (
+        np.array([-turned, zero, zero]),
+        np.array([np.pi - mate_turned, zero + distance, zero]),
     )
 
 
@@ -236,9 +258,8 @@ def build_circle_pair(radius: float, mate: float) -> CurvePair:
 
     def trace_circle(r: float, sense: int) -> PitchCurve:
         def trace(t: Array) -> tuple[Array, Array]:
-            return np.array(
-                [t, np.full_like(t, r), np.zeros_like(t), np.zeros_like(t)]
-            ), np.ones_like(t)
+            still = np.zeros_like(t)
+            return np.array([t, still + r, still, still]), np.ones_like(t)
 
         return PitchCurve.from_trace(trace, np.linspace(0, TURN, 3), sense)
 
@@ -297,8 +318,7 @@ def build_sampled_pair(
     too steep for any teeth, does not repeat as often as the mate turns, or has no centre distance
     that closes the mate.
     """
-    knots = np.append(polar, polar[0] + TURN) - polar[0]
-    curve = scipy.interpolate.CubicSpline(knots, np.append(radius, radius[0]), bc_type="periodic")
+    knots, curve = _interpolate(polar, radius)
     _check_slope(curve, knots, polar[0], sense, name)
     _check_repeats(polar, radius, sense, mate_turns, name)
     try:
@@ -312,14 +332,20 @@ def build_sampled_pair(
     return pair if mate_turns == 1 else CurvePair(pair.mate, pair.gear, pair.distance, -pair.sense)
 
 
+def _interpolate(polar: Array, radius: Array) -> tuple[Array, RadiusFunction]:
+    """Return knots (n + 1,) [rad] from the first point on, and the periodic spline of radii [m]."""
+    knots = np.append(polar, polar[0] + TURN) - polar[0]
+    closed = np.append(radius, radius[0])
+    return knots, scipy.interpolate.CubicSpline(knots, closed, bc_type="periodic")
+
+
 def find_centre_distance(polar: Array, radius: Array, turns: float, name: str) -> float:
     """Return the distance of the axes [m] at which the mate of radii (n,) at polar angles turns
     once in `turns`.
 
     Raises GeometryError without one.
     """
-    knots = np.append(polar, polar[0] + TURN) - polar[0]
-    curve = scipy.interpolate.CubicSpline(knots, np.append(radius, radius[0]), bc_type="periodic")
+    knots, curve = _interpolate(polar, radius)
     return _find_centre_distance(curve, knots, turns, name)
 
 
@@ -327,9 +353,8 @@ def find_repeat(polar: Array, radius: Array, parts: int) -> tuple[int, float]:
     """Return the point whose radius (n,) differs most from that a part of a turn later, and that
     radius [m].
     """
-    knots = np.append(polar, polar[0] + TURN)
-    curve = scipy.interpolate.CubicSpline(knots, np.append(radius, radius[0]), bc_type="periodic")
-    later = curve(polar[0] + np.mod(polar - polar[0] + TURN / parts, TURN))
+    _, curve = _interpolate(polar, radius)
+    later = curve(np.mod(polar - polar[0] + TURN / parts, TURN))
     worst = int(np.argmax(np.abs(later - radius)))
     return worst, float(later[worst])
 

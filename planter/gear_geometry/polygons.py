@@ -67,11 +67,6 @@ class Overlay:
         )
         return cls(mesh, (polygon, mate_polygon))
 
-    @property
-    def is_simple(self) -> bool:
-        """Whether no outline intersects itself."""
-        return all(outline.is_valid for outline in self.outlines)
-
     @cached_property
     def parts(self) -> tuple[Shapes, Shapes]:
         """Parts (z,) of each gear near each of its teeth."""
@@ -102,15 +97,13 @@ class Overlay:
             arc = self.mesh.pair.senses[k] * at - gear.flanks.phase
             teeth: Integers = np.mod(np.rint(arc / self.mesh.pitch), gear.z).astype(int)
             shapes.append(move_shapes(self.parts[k][teeth], self.mesh.places(at)[k]))
+        # an index over the parts pays off, since each is compared several times
         shapely.prepare(shapes[0])
         return shapes[0], shapes[1]
 
     def overlaps(self, at: Array) -> Array:
         """Return overlaps (n,) [m2] of both gears at rolling lengths (n,) [m]."""
-        shapes, mate_shapes = self.placed(at)
-        areas, touch = np.zeros(len(at)), np.flatnonzero(shapely.intersects(shapes, mate_shapes))
-        areas[touch] = shapely.area(shapely.intersection(shapes[touch], mate_shapes[touch]))
-        return areas
+        return intersect_areas(*self.placed(at))
 
     def depths(self, at: Array) -> Array:
         """Return the depth (n,) [m] of mutual penetration at rolling lengths (n,) [m].
@@ -126,11 +119,10 @@ class Overlay:
         corners, owner = shapely.get_coordinates(
             shapely.intersection(gear_shapes[touch], mate_shapes[touch]), return_index=True
         )
-        build_polygon, number = shapely.points(corners), touch[owner]
+        points, number = shapely.points(corners), touch[owner]
         for shapes in (gear_shapes, mate_shapes):
-            np.maximum.at(
-                depths, number, shapely.distance(build_polygon, shapely.boundary(shapes)[number])
-            )
+            edges = shapely.boundary(shapes)[number]
+            np.maximum.at(depths, number, shapely.distance(points, edges))
         return depths
 
     @cached_property
@@ -139,6 +131,7 @@ class Overlay:
         length = self.mesh.period * self.mesh.pitch
         count = int(np.clip(POSITIONS_PER_PITCH * self.mesh.period, POSITIONS, MAX_POSITIONS))
         positions = np.arange(count) * length / count
+        # overlaps are cheap, and tell where depths are worth measuring
         at = positions[np.argsort(self.overlaps(positions))[-_LARGEST:]]
         centres = at[np.argsort(self.depths(at))[-_DEEPEST:], None]
         at = (centres + np.linspace(-1, 1, 2 * _BETWEEN + 1) * length / count).ravel()
@@ -153,12 +146,17 @@ class Overlay:
 
 def move_shapes(shapes: Shapes, position: Array) -> Shapes:
     """Return shapes (n,) rotated and moved to positions (3, n): angle [rad], x and y [m]."""
-    build_polygon, index = shapely.get_coordinates(shapes, return_index=True)
+    points, index = shapely.get_coordinates(shapes, return_index=True)
     angle, x, y = position
-    turned = (build_polygon[:, 0] + 1j * build_polygon[:, 1]) * np.exp(1j * angle)[index] + (
-        x + 1j * y
-    )[index]
+    turned = points @ np.array([1, 1j]) * np.exp(1j * angle)[index] + (x + 1j * y)[index]
     placed: Shapes = shapely.set_coordinates(
         shapes.copy(), np.column_stack([turned.real, turned.imag])
     )
     return placed
+
+
+def intersect_areas(shapes: Shapes, mate_shapes: Shapes) -> Array:
+    """Return the overlaps (n,) [m2] of shapes."""
+    areas, touch = np.zeros(len(shapes)), np.flatnonzero(shapely.intersects(shapes, mate_shapes))
+    areas[touch] = shapely.area(shapely.intersection(shapes[touch], mate_shapes[touch]))
+    return areas

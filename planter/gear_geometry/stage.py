@@ -159,6 +159,7 @@ def converge_series(stage: Stage, candidates: Sequence[StageCandidate]) -> Stage
         tails = [stage.tail(candidate.parameters) for candidate in candidates]
         if max(tails) < SERIES_TOLERANCE:
             return stage
+        # by half as much again: twice as many would mostly be too many
         terms += terms // 2
     worst = candidates[int(np.argmax(tails))]
     raise GeometryError(
@@ -202,6 +203,7 @@ class PitchLength:
         self._kernel.compile()
 
     def _integrate(self, parameters: Array, nodes: int) -> LengthDerivatives:
+        # midpoints: the integrand is even and periodic, so that they converge exponentially
         u = np.pi / nodes * (np.arange(nodes) + 0.5)
         sums = self._kernel(u=u, parameters=parameters)["rates"].sum(axis=1) * np.pi / nodes
         q = len(parameters)

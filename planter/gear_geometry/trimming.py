@@ -46,6 +46,7 @@ class TrimmingCircle:
 
     def arc(self, start: Array, end: Array, tooth: int) -> CircularArc:
         """Return the arc between two of its points with the removed region on the right."""
+        # along an inside circle the removed region lies on the right going clockwise
         sense = -1.0 if self.inside else 1.0
         low = self.angle(start)
         return CircularArc(
@@ -113,6 +114,7 @@ def start_outside(pieces: Sequence[OutlinePiece], region: Region) -> list[Outlin
     outside = region.beyond(np.vstack([piece.at(np.zeros(1)) for piece in pieces])) > 0
     if not outside.any():
         raise GeometryError("the locking arcs remove a gear completely: reduce the dwell")
+    # a trimmed line must not begin in the gap that the region leaves
     first = int(np.argmax(outside))
     return [*pieces[first:], *pieces[:first]]
 

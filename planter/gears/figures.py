@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -108,21 +109,26 @@ def plot_teeth(pair: ToothedPair) -> Figure:
     above.set_ylabel("contact ratio")
     above.margins(y=0.2)
     above.legend(frameon=False, ncols=2, loc="upper left")
-    for index, gear in enumerate(pair.gears):
+    above.set_xlabel(f"polar angle of {mesh.gear.name} / deg")
+    _plot_lands(middle, below, pair.gears)
+    return figure
+
+
+def _plot_lands(above: Axes, below: Axes, gears: Sequence[Gear]) -> None:
+    """Plot margins against undercut and top lands by the number of the tooth."""
+    for index, gear in enumerate(gears):
         teeth = np.arange(gear.z)
         shade = style.PALETTE[index]
         for (side, label), mark in zip(_SIDES, (":", "-"), strict=True):
             margins = gear.flanks.margins[gear.flanks.side == side]
-            middle.plot(teeth, margins, mark, color=shade, label=f"{gear.name}, {label}")
+            above.plot(teeth, margins, mark, color=shade, label=f"{gear.name}, {label}")
         below.plot(teeth, gear.top_lands / gear.rack.module, color=shade, label=gear.name)
-    middle.axhline(0, color=style.INK, linewidth=0.6)
-    middle.set_ylabel("margin against\nundercut")
+    above.axhline(0, color=style.INK, linewidth=0.6)
+    above.set_ylabel("margin against\nundercut")
     below.set_ylabel("top land / module")
-    above.set_xlabel(f"polar angle of {mesh.gear.name} / deg")
     below.set_xlabel("tooth")
-    middle.legend(frameon=False, ncols=2, fontsize=7)
+    above.legend(frameon=False, ncols=2, fontsize=7)
     below.legend(frameon=False, ncols=2)
-    return figure
 
 
 @style.with_style
@@ -185,7 +191,7 @@ def _draw_gear(
 ) -> None:
     outline, pitch = (
         _MM * (_rotate(line, angle) + np.asarray(centre))
-        for line in (_find_vertices(gear), gear.outline().pitch(np.linspace(0, 1, 361)))
+        for line in (_find_vertices(gear), gear.pitch_points(np.linspace(0, 1, 361)))
     )
     axes.fill(*outline.T, facecolor=shade, alpha=0.12, edgecolor="none")
     axes.plot(*np.vstack([outline, outline[:1]]).T, color=shade, linewidth=0.8, label=gear.name)
@@ -260,21 +266,28 @@ def build_scene(pair: ToothedPair) -> Scene:
     end = mesh.period * mesh.pitch
     at = refine_places(turned_at, np.linspace(0, end, MOMENTS + 1))[:-1]
     angles = turned_at(at)
-    axes = [(0.0, 0.0), (_MM * mesh.pair.distance, 0.0)]
-    bodies = [
-        Body(gear.name, (build_outline(build_polygon(gear), gear.rack.module, shade),), axis, angle)
-        for shade, (gear, axis, angle) in enumerate(zip(mesh.gears, axes, angles, strict=True))
-    ]
-    turned = np.abs(angles[0] - angles[0][0])
+    place = f"rotation of {mesh.gear.name}"
+    scene = _build_scene(mesh.gears, mesh.pair.distance, angles, place)
+    return replace(scene, places=np.abs(angles[0] - angles[0][0]), shares=at / end)
+
+
+def _build_scene(
+    gears: Sequence[AnyGear], distance: float, angles: Sequence[Array], place: str
+) -> Scene:
+    """Return the scene of two gears at angles (n,) [deg], their axes at a distance [m]."""
+    bodies = []
+    for shade, gear in enumerate(gears):
+        outline = build_outline(_find_vertices(gear), gear.rack.module, shade)
+        bodies.append(Body(gear.name, (outline,), (_MM * distance * shade, 0.0), angles[shade]))
+    turned = np.abs(angles[1] - angles[1][0])
     return Scene(
-        title=f"{mesh.gear.name} and {mesh.mate.name}",
-        place=f"rotation of {mesh.gear.name}",
+        title=" and ".join(gear.name for gear in gears),
+        place=place,
         unit="deg",
         places=turned,
         seconds=SECONDS,
         bodies=bodies,
-        curves=(Curve(f"rotation of {mesh.mate.name}", "deg", np.abs(angles[1] - angles[1][0])),),
-        shares=at / end,
+        curves=(Curve(f"rotation of {gears[1].name}", "deg", turned),),
     )
 
 
@@ -318,12 +331,8 @@ def plot_dwell(turn: IncompleteGearCycle) -> Figure:
         for gear, place, shade in zip(
             gears.gears, places, (style.BLUE, style.VERMILION), strict=True
         ):
-            outline = np.vstack([gear.points, gear.points[:1]])
-            line = outline @ np.array([1, 1j]) * np.exp(1j * place[0]) + place[1]
-            axes.fill(
-                _MM * line.real, _MM * line.imag, facecolor=shade, alpha=0.12, edgecolor="none"
-            )
-            axes.plot(_MM * line.real, _MM * line.imag, color=shade, linewidth=0.8, label=gear.name)
+            angle, x, y = place[:, 0]
+            _draw_gear(axes, gear, angle, (x, y), shade)
         axes.set_aspect("equal")
         axes.set_xlim(_MM * gears.radius - 12, _MM * gears.radius + 12)
         axes.set_ylim(-_MM * gears.radius, _MM * gears.radius)
@@ -397,19 +406,8 @@ def plot_lands(turn: IncompleteGearCycle) -> Figure:
     """
     figure = style.new_figure(4.2)
     above, below = figure.subplots(2, 1)
-    for gear, shade in zip(turn.gears.gears, (style.BLUE, style.VERMILION), strict=True):
-        flanks, teeth = gear.row.flanks, np.arange(gear.z)
-        for side, mark in zip(SIDES, (":", "-"), strict=True):
-            label = f"{gear.name}, {'begin' if side < 0 else 'end'} a tooth"
-            above.plot(teeth, flanks.margins[flanks.side == side], mark, color=shade, label=label)
-        below.plot(teeth, gear.row.top_lands / gear.rack.module, color=shade, label=gear.name)
-    above.axhline(0, color=style.INK, linewidth=0.6)
-    above.set_ylabel("margin against\nundercut")
+    _plot_lands(above, below, [gear.row for gear in turn.gears.gears])
     below.set_ylim(0, 1)
-    below.set_ylabel("top land / module")
-    below.set_xlabel("tooth")
-    above.legend(frameon=False, ncols=2, fontsize=7)
-    below.legend(frameon=False, ncols=2)
     return figure
 
 
@@ -426,23 +424,7 @@ def build_dwell_scene(turn: IncompleteGearCycle) -> Scene:
         ]
     )
     angles = -np.degrees(moments), np.degrees(np.unwrap(mate[0]))
-    axes = (0.0, 0.0), (_MM * rolling.pair.distance, 0.0)
-    bodies = [
-        Body(gear.name, (build_outline(gear.points, gear.rack.module, shade),), axis, angle)
-        for shade, (gear, axis, angle) in enumerate(
-            zip(turn.gears.gears, axes, angles, strict=True)
-        )
-    ]
-    turned = np.degrees(moments - first)
-    return Scene(
-        title=" and ".join(gear.name for gear in turn.gears.gears),
-        place=f"rotation of {turn.gears.gear.name} from the end of the dwell",
-        unit="deg",
-        places=turned,
-        seconds=SECONDS,
-        bodies=bodies,
-        curves=(
-            Curve(f"rotation of {turn.gears.mate.name}", "deg", np.abs(angles[1] - angles[1][0])),
-        ),
-        events=[Event("the dwell begins", float(np.degrees(last - first)))],
-    )
+    place = f"rotation of {turn.gears.gear.name} from the end of the dwell"
+    scene = _build_scene(turn.gears.gears, rolling.pair.distance, angles, place)
+    events = [Event("the dwell begins", float(np.degrees(last - first)))]
+    return replace(scene, places=np.degrees(moments - first), events=events)

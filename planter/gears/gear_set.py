@@ -26,7 +26,7 @@ from planter.gear_geometry.intermittent_proof import (
     LooseAngles,
 )
 from planter.gears.options import Keep
-from planter.gears.parts import GearPart, PartSettings, PlacedGear, check_parts
+from planter.gears.parts import AnyGear, GearPart, PartSettings, PlacedGear, check_parts
 from planter.gears.request import GearTurns, Teeth, find_curve_path, load_pair, parse_tooth_counts
 from planter.gears.results import (
     Friction,
@@ -77,20 +77,14 @@ def make_gear_set(
         summarise_stage(k + 1, pair, parts[2 * k : 2 * k + 2], 1e-3 * teeth.centre_error_mm)
         for k, pair in enumerate(gears.pairs)
     ]
-    result = _collect_result(
-        gears.machine,
-        teeth,
-        stages,
-        gears.scaled,
-        None,
-        gears.rubbing.result if gears.rubbing else None,
-    )
+    friction = gears.rubbing.result if gears.rubbing else None
+    result = _collect_result(gears.machine, teeth, stages, gears.scaled, friction=friction)
     if out is None:
         return result
     from planter.gears import figures
     from planter.gears.presentation import write_gears
 
-    plots = figures.build_figures(gears.pairs, [part.placed for part in parts], gears.rubbing)
+    plots = figures.build_figures(gears.pairs, gears.placed, gears.rubbing)
     scenes = [figures.build_scene(pair) for pair in gears.pairs]
     return write_gears(out, result, parts, gears.provenance, plots, scenes, gears.rubbing, progress)
 
@@ -145,21 +139,21 @@ def build_curve_set(
             f"gear and needs "
             f"{turns.gear * numbers[0] // turns.mate} teeth if the gear has {numbers[0]}"
         )
+    # the faster gear comes first: with several turns of the mate that is the mate
     first = numbers[0] // turns.mate if numbers else None
     names = ("gear", "mate") if turns.mate == 1 else ("mate", "gear")
     pair = cut_teeth(
         load_pair(curve, mate, turns), teeth.order(first, module_mm, keep), curve, names
     )
-    return GearSet(Path(curve).stem, [pair], _place_in_mesh(pair), None, _provenance(curve, mate))
+    placed = _place_gears(pair.gears, pair.mesh.places(np.zeros(1)))
+    return GearSet(Path(curve).stem, [pair], placed, None, _provenance(curve, mate))
 
 
-def _place_in_mesh(pair: ToothedPair) -> list[PlacedGear]:
-    """Return both gears in the position in which the start of the gear's curve is in contact."""
+def _place_gears(gears: Sequence[AnyGear], positions: Sequence[Array]) -> list[PlacedGear]:
+    """Return both gears at their positions (3, 1): angle [rad] and axis [m]."""
     return [
         PlacedGear(gear, float(angle), (float(x), float(y)))
-        for gear, ((angle,), (x,), (y,)) in zip(
-            pair.gears, pair.mesh.places(np.zeros(1)), strict=True
-        )
+        for gear, ((angle,), (x,), (y,)) in zip(gears, positions, strict=True)
     ]
 
 
@@ -184,7 +178,8 @@ def summarise_stage(
     Raises GeometryError if the polygons of its teeth overlap.
     """
     cutting.check_pair_penetration(pair)
-    farther_pair = pair.farther(farther) if farther else None
+    lost, wider = pair.lost_motion, pair.farther(farther) if farther else None
+    farther_lost = wider.lost_motion if wider else None
     return StageCut(
         stage=number,
         z=list(pair.sized.teeth),
@@ -197,17 +192,15 @@ def summarise_stage(
         pressure_angle_deg=_find_extent(np.degrees(pair.pressure_angles)),
         transmission_error_rad=float(np.abs(pair.contacts.errors).max()),
         gap_mm=_find_extent(pair.gaps * _MM),
-        lost_motion_deg=_find_extent(np.degrees(pair.lost_motion)),
-        lost_motion_total_deg=_find_extent(np.degrees(pair.lost_motion.sum(axis=1))),
-        farther_lost_motion_deg=_find_extent(np.degrees(farther_pair.lost_motion))
-        if farther_pair
-        else None,
-        farther_total_deg=_find_extent(np.degrees(farther_pair.lost_motion.sum(axis=1)))
-        if farther_pair
-        else None,
-        farther_contact_ratio=_summarise_ratio(farther_pair.contact_ratios)
-        if farther_pair
-        else None,
+        lost_motion_deg=_find_extent(np.degrees(lost)),
+        lost_motion_total_deg=_find_extent(np.degrees(lost.sum(axis=1))),
+        farther_lost_motion_deg=None
+        if farther_lost is None
+        else _find_extent(np.degrees(farther_lost)),
+        farther_total_deg=None
+        if farther_lost is None
+        else _find_extent(np.degrees(farther_lost.sum(axis=1))),
+        farther_contact_ratio=_summarise_ratio(wider.contact_ratios) if wider else None,
         sliding_max_mm=float(Contacts(pair.mesh, pair.mesh.ends).sliding.max()) * _MM,
         penetration_modules=pair.deepest.value / pair.sized.module,
         overlap_mm2=float(pair.overlaps.max()) * _MM**2,
@@ -217,29 +210,35 @@ def summarise_stage(
 
 
 def _summarise_gear(gear: Gear, part: GearPart) -> GearCut:
-    margins, lands = gear.flanks.margins, gear.top_lands
-    weakest, thin = int(np.argmin(margins)), int(np.argmin(lands))
     kappa = cutting.sample_curvature(gear.curve)[1]
-    tooth, side = gear.flanks.tooth, gear.flanks.side
+    margins, tooth, side = gear.flanks.margins, gear.flanks.tooth, gear.flanks.side
     return GearCut(
+        **_find_least(gear),
         name=gear.name,
         teeth=gear.z,
         area_mm2=gear.area * _MM**2,
-        margin=float(margins[weakest]),
-        margin_tooth=int(tooth[weakest]),
         undercut=[
             Undercut(int(tooth[k]), int(side[k]), float(margins[k]))
             for k in np.flatnonzero(margins < 0)
         ],
-        top_land_mm=float(lands[thin]) * _MM,
-        top_land_tooth=thin,
         root_radius_min_mm=gear.root_radius * _MM,
         curvature_radius_min_mm=_MM / float(kappa.max()),
         hollow_radius_mm=-_MM / float(kappa.min()) if cutting.is_concave(kappa) else None,
         profile_shift=gear.rack.shift,
         keyway_phase_deg=None if part.placed.key is None else float(np.degrees(part.placed.key)),
-        rim=part.rim,
     )
+
+
+def _find_least(gear: Gear) -> dict[str, Any]:
+    """Return the least margin against undercut and the least top land, each with its tooth."""
+    margins, lands = gear.flanks.margins, gear.top_lands
+    weakest, thin = int(np.argmin(margins)), int(np.argmin(lands))
+    return {
+        "margin": float(margins[weakest]),
+        "margin_tooth": int(gear.flanks.tooth[weakest]),
+        "top_land_mm": float(lands[thin]) * _MM,
+        "top_land_tooth": thin,
+    }
 
 
 def _find_extent(values: Array | tuple[float, float]) -> PartExtent:
@@ -269,9 +268,10 @@ def make_intermittent_pair(
     Raises GeometryError if the outlines overlap, InputError for a bore that leaves too thin a rim
     or a folder that cannot be written.
     """
-    parts = check_parts(_place_in_dwell(pair), settings)
+    middle = pair.rolling.dwell_positions(np.array([0.5]))
+    parts = check_parts(_place_gears(pair.gears, middle), settings)
     turn = IncompleteGearCycle(pair)
-    summary = summarise_intermittent_pair(turn, machine, parts, teeth.centre_error_mm / _MM)
+    summary = summarise_intermittent_pair(turn, machine, teeth.centre_error_mm / _MM)
     result = _collect_result(machine, teeth, [], intermittent=summary)
     if out is None:
         return result
@@ -284,16 +284,15 @@ def make_intermittent_pair(
 
 
 def summarise_intermittent_pair(
-    turn: IncompleteGearCycle, machine: str, parts: Sequence[GearPart], farther: float = 0.0
+    turn: IncompleteGearCycle, machine: str, farther: float = 0.0
 ) -> Intermittent:
-    """Return the result of a pair and its manufactured gears, whose outlines are intersected over a
-    turn.
+    """Return the result of a pair, whose outlines are intersected over a turn.
 
     `farther` is an error of the centre distance [m].
 
     Raises GeometryError if the outlines overlap.
     """
-    gears, rolling, ratios = turn.gears, turn.gears.rolling, turn.mesh.contact_ratios
+    gears, rolling = turn.gears, turn.gears.rolling
     pressure_angles = np.degrees(turn.mesh.pressure_angles(turn.rolled))
     overlap, dwell_overlap = float(turn.rolling.max()), float(turn.dwell_overlaps.max())
     if max(overlap, dwell_overlap) > OVERLAP_TOLERANCE * gears.gear.rack.module**2:
@@ -315,18 +314,15 @@ def summarise_intermittent_pair(
         horns_deg=_to_degrees(tuple(horn.reach for horn in gears.phase.horns)),
         apart_mm=gears.arc_clearance * _MM,
         dwell_deg=float(np.degrees(rolling.dwell)),
-        gears=[
-            _summarise_incomplete_gear(gear, part)
-            for gear, part in zip(gears.gears, parts, strict=True)
-        ],
+        gears=[_summarise_incomplete_gear(gear) for gear in gears.gears],
         undriven_deg=_to_degrees(turn.undriven),
         undriven_least_deg=_to_degrees(gears.phase.best_undriven),
         unheld_deg=_to_degrees(turn.unheld),
         slack_deg=_to_degrees((turn.loose.behind[middle], turn.loose.ahead[middle])),
         loose=_summarise_loose(turn.loose),
         farther_loose=_summarise_loose(turn.farther(farther).loose) if farther else None,
-        contact_ratio=Ratio(float(ratios.min()), float(ratios.max()), float(ratios.mean())),
-        pressure_angle_deg=PartExtent(float(pressure_angles.min()), float(pressure_angles.max())),
+        contact_ratio=_summarise_ratio(turn.mesh.contact_ratios),
+        pressure_angle_deg=_find_extent(pressure_angles),
         transmission_error_rad=float(np.abs(turn.contacts.errors).max()),
         sliding_max_mm=float(turn.contacts.sliding.max()) * _MM,
         overlap_mm2=overlap * _MM**2,
@@ -359,27 +355,12 @@ def _find_largest(angles: Array) -> float | None:
     return None if largest >= FREE_ANGLE else float(np.degrees(largest))
 
 
-def _summarise_incomplete_gear(gear: IncompleteGear, part: GearPart) -> IncompleteCut:
-    margins, lands = gear.row.flanks.margins, gear.row.top_lands
-    worst, thin = int(np.argmin(margins)), int(np.argmin(lands))
+def _summarise_incomplete_gear(gear: IncompleteGear) -> IncompleteCut:
     return IncompleteCut(
-        gear.name,
-        gear.z,
-        float(shapely.Polygon(gear.points).area) * _MM**2,
-        float(margins[worst]),
-        int(gear.row.flanks.tooth[worst]),
-        float(lands[thin]) * _MM,
-        thin,
-        len(gear.pieces),
-        gear.joins * _MM,
-        part.rim,
+        **_find_least(gear.row),
+        name=gear.name,
+        teeth=gear.z,
+        area_mm2=float(shapely.Polygon(gear.points).area) * _MM**2,
+        pieces=len(gear.pieces),
+        joins_mm=gear.joins * _MM,
     )
-
-
-def _place_in_dwell(pair: IntermittentPair) -> list[PlacedGear]:
-    """Return both gears in the middle of the dwell."""
-    positions = pair.rolling.dwell_positions(np.array([0.5]))
-    return [
-        PlacedGear(gear, float(angle), (float(x), float(y)))
-        for gear, ((angle,), (x,), (y,)) in zip(pair.gears, positions, strict=True)
-    ]

@@ -11,15 +11,14 @@ import numpy as np
 from planter.files import csv_rows
 from planter.gear_geometry.gear import Gear
 from planter.gear_geometry.intermittent_gears import IncompleteGear
-from planter.gears.results import Rim
 from planter.kernels import Array
 from planter.workshop import arcs, drawing, solids
 from planter.workshop.arcs import Arcs, ClosedCurve
 from planter.workshop.drawing import Bore, DrawingLine
 
 MIN_RIM = 0.5
-"""Smallest rim between a bore with its keyway and the roots, in tooth depths: the rim thickness
-factors of ISO 6336-3 and AGMA 2001 end there.
+"""Smallest rim between a bore with its keyway and the roots, in tooth depths: a rule of this
+program.
 """
 _ROWS = 8
 """Steps of a piece in a table of flanks."""
@@ -68,7 +67,7 @@ class GearPart:
     @cached_property
     def teeth(self) -> Arcs:
         """The outline as arcs."""
-        return arcs.fit_arcs(self.placed.gear.outline().pieces, self.settings.tolerance).arcs
+        return arcs.fit_arcs(self.placed.gear.outline(), self.settings.tolerance).arcs
 
     @cached_property
     def pitch(self) -> Arcs:
@@ -76,7 +75,7 @@ class GearPart:
         gear, tolerance = self.placed.gear, 10 * self.settings.tolerance
         if isinstance(gear, IncompleteGear):
             return arcs.fit_arcs([gear.pitch_line], tolerance, closed=False).arcs
-        return arcs.fit_arcs([ClosedCurve("pitch curve", gear.curve.places)], tolerance).arcs
+        return arcs.fit_arcs([ClosedCurve("pitch curve", gear.pitch_points)], tolerance).arcs
 
     @cached_property
     def bore(self) -> Bore | None:
@@ -85,19 +84,6 @@ class GearPart:
         if bore is None or bore.keyway is None or self.placed.key is None:
             return bore
         return replace(bore, keyway=replace(bore.keyway, phase=self.placed.key))
-
-    @cached_property
-    def rim(self) -> Rim | None:
-        """The rim between the bore and the roots, None without a bore.
-
-        Raises InputError if it is too thin.
-        """
-        if self.bore is None:
-            return None
-        sizes = self.placed.gear.rack.sizes
-        depth = sizes["tip"] + sizes["root"]
-        wall = drawing.check_wall(self.bore, self.teeth, self.placed.gear.name, MIN_RIM * depth)
-        return Rim(wall * 1e3, wall / depth)
 
     def lines(
         self, turn: float = 0.0, centre: tuple[float, float] = (0.0, 0.0)
@@ -119,7 +105,7 @@ class GearPart:
         yield f"{self.stem}_flanks.csv", _tabulate_flanks(self.placed.gear).encode()
         holes = [] if self.bore is None else [self.bore.edge]
         if self.settings.step:
-            pieces = self.placed.gear.outline().pieces
+            pieces = self.placed.gear.outline()
             yield (
                 f"{self.stem}.step",
                 solids.format_prism(self.placed.gear.name, pieces, holes, self.settings.width),
@@ -138,7 +124,10 @@ def check_parts(gears: Sequence[PlacedGear], settings: PartSettings) -> list[Gea
     """
     parts = [GearPart(gear, settings) for gear in gears]
     for part in parts:
-        _ = part.rim
+        gear, sizes = part.placed.gear, part.placed.gear.rack.sizes
+        if part.bore is not None:
+            limit = MIN_RIM * (sizes["tip"] + sizes["root"])
+            drawing.check_wall(part.bore, part.teeth, gear.name, limit)
     return parts
 
 
@@ -155,7 +144,7 @@ def _tabulate_flanks(gear: AnyGear) -> str:
     """Return points of a gear's outline as CSV: piece, tooth, side, arc length, position, normal,
     curvature.
     """
-    pieces = gear.outline().pieces
+    pieces = gear.outline()
     samples = arcs.sample_outline(pieces, _ROWS)
     labels = [(pieces[k].kind, pieces[k].tooth, pieces[k].side) for k in range(len(pieces))]
     columns = samples.columns()

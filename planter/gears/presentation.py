@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 from planter.gear_geometry.pitch_curves import RACK
 from planter.gears.parts import GearPart, build_part_files
 from planter.gears.results import (
-    FULL_RIM,
     Friction,
     FrictionCurves,
     GearCut,
@@ -18,7 +17,6 @@ from planter.gears.results import (
     IncompleteCut,
     Intermittent,
     LooseTurn,
-    Rim,
     Scaled,
     StageCut,
 )
@@ -115,7 +113,7 @@ def _conclude(result: GearsFound) -> str:
     undercut = [gear.name for gear in gears if gear.undercut]
     ratio = min(stage.contact_ratio.min for stage in result.stages)
     overlap = max(stage.overlap_mm2 for stage in result.stages)
-    rims = (
+    teeth = (
         f"undercut: {', '.join(undercut)}"
         if undercut
         else f"none of {len(gears)} gears is undercut"
@@ -132,7 +130,7 @@ def _conclude(result: GearsFound) -> str:
         for first, second in [stage.gears]
         if stage.z[0] != stage.z[1]
     ]
-    return f"The contact ratio is at least {ratio:.3f}; {rims}; {meets}.{''.join(turns)}"
+    return f"The contact ratio is at least {ratio:.3f}; {teeth}; {meets}.{''.join(turns)}"
 
 
 def _list_key_figures(result: GearsFound) -> Iterator[KeyFigure]:
@@ -180,7 +178,6 @@ def _describe_stage(stage: StageCut, centre_error_mm: float) -> Section:
             ],
             page_columns=("area / mm2", "root radius / mm"),
         ),
-        *_describe_rims(stage.gears),
         Table(
             ("mesh", "least", "largest"),
             _clean_rows(
@@ -253,24 +250,6 @@ def _list_mesh(pair: StageCut | Intermittent) -> list[MeshRow]:
     ]
 
 
-def _describe_rims(gears: Iterable[GearCut | IncompleteCut]) -> Iterator[Text]:
-    for gear in gears:
-        if gear.rim is not None:
-            yield Text(f"{gear.name}: {_describe_rim(gear.rim)}.")
-
-
-def _describe_rim(rim: Rim) -> str:
-    weak = (
-        f", below {FULL_RIM:g}: it weakens the roots (ISO 6336-3)"
-        if rim.tooth_depths < FULL_RIM
-        else ""
-    )
-    return (
-        f"the bore leaves a rim of {rim.thickness_mm:.4g} mm, {rim.tooth_depths:.3g} tooth "
-        f"depths{weak}"
-    )
-
-
 def _describe_intermittent(pair: Intermittent) -> Iterator[Section]:
     first, second = pair.gears
     yield Section(
@@ -278,7 +257,6 @@ def _describe_intermittent(pair: Intermittent) -> Iterator[Section]:
         [
             _list_keys(pair, "z", "pitches", "module_mm", "centre_distance_mm", "toothed_arc_mm"),
             Table(_GEAR_HEAD, _list_gears(pair.gears)),
-            *_describe_rims(pair.gears),
             Table(
                 ("mesh", "least", "largest"),
                 [

@@ -66,15 +66,12 @@ def parse_tooth_counts(argument: str | None, limit: int = 2) -> tuple[int, ...]:
     """Return the tooth counts of `--teeth`. Raises InputError if the text is not Z or Z1,Z2."""
     if argument is None:
         return ()
-    parse_part_settings = [part.strip() for part in argument.split(",")]
-    if (
-        not all(part.isdecimal() for part in parse_part_settings)
-        or len(parse_part_settings) > limit
-    ):
+    counts = [part.strip() for part in argument.split(",")]
+    if len(counts) > limit or not all(count.isdecimal() for count in counts):
         raise InputError(
             f"--teeth {argument}: give {' or '.join(('Z', 'Z1,Z2')[:limit])} with integers"
         )
-    return tuple(map(int, parse_part_settings))
+    return tuple(map(int, counts))
 
 
 def parse_modules(
@@ -312,6 +309,7 @@ def _read_curve(source: str) -> tuple[Array, Array]:
             allowed = f"it must be {radius[0]:g}, the radius a turn before, where the curve closes"
             raise InputError(f"{table.place(len(radius) - 1, names[1])}: {radius[-1]:g}: {allowed}")
         polar, radius = polar[:-1], radius[:-1]
+    # crowded rows are dropped before the curve is judged: their rounding would bend it
     distinct = _select_distinct(np.abs(polar - polar[0]), 360 * MIN_SPACING / len(polar))
     polar, radius = polar[distinct], radius[distinct]
     _check_turn(str(path), names[0], polar)
@@ -369,6 +367,7 @@ def _check_mate(curve: PitchCurve, sense: int, source: str) -> None:
     in a sense.
     """
     polar, radius = _read_curve(source)
+    # dense enough to interpolate between by a straight line
     share = np.linspace(0, 1, 4001)
     rows = curve.at(share * curve.length)
     conjugate = np.interp(

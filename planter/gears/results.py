@@ -24,32 +24,13 @@ class Undercut(Record):
     margin: float
 
 
-FULL_RIM = 1.2
-"""Rim in tooth depths below which it weakens the roots (rim thickness factor of ISO 6336-3 and AGMA
-2001).
-"""
-
-
-@dataclass(frozen=True)
-class Rim(Record):
-    """The least rim between a bore, its keyway included, and the roots, in mm and in depths of the
-    teeth.
-
-    Below 1.2 tooth depths it weakens the roots (rim thickness factor of ISO 6336-3 and AGMA 2001);
-    below 0.5 the gear is refused.
-    """
-
-    thickness_mm: float
-    tooth_depths: float
-
-
 @dataclass(frozen=True)
 class GearCut(Record):
     """A toothed gear: its least margin against undercut and where it is, its least top land and
     root radius.
 
     `keyway_phase_deg` is the direction of its shaft's mark in its own frame, whose x points to
-    where its pitch curve begins; null where no shaft is known. `rim` is null without a bore.
+    where its pitch curve begins; null where no shaft is known.
     """
 
     name: str
@@ -65,7 +46,6 @@ class GearCut(Record):
     hollow_radius_mm: float | None
     profile_shift: float
     keyway_phase_deg: float | None
-    rim: Rim | None
 
 
 @dataclass(frozen=True)
@@ -197,7 +177,6 @@ class IncompleteCut(Record):
     top_land_tooth: int
     pieces: int
     joins_mm: float
-    rim: Rim | None
 
 
 @dataclass(frozen=True)

@@ -31,7 +31,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from planter.kernels import lane_source, toolchain
+from planter.kernels import toolchain
 from planter.kernels.compiler import CompilerError, find_compiler
 from planter.kernels.lane_graph import LaneGraph, NotPrintableError
 from planter.kernels.lane_source import print_file
@@ -112,15 +112,11 @@ own C a second.
 class LaneTask:
     """A function to be evaluated: `varying` inputs have a column for each lane; `summed` outputs
     are added up.
-
-    With `few_passes` it is compiled as a large one is: in a third of the time, and a tenth slower
-    afterwards.
     """
 
     function: ca.Function
     varying: tuple[str, ...]
     summed: bool
-    few_passes: bool = False
 
     @property
     def size(self) -> int:
@@ -138,11 +134,7 @@ class LaneTask:
 
     @property
     def passes(self) -> tuple[str, ...]:
-        return (
-            toolchain.FEW_PASSES
-            if self.few_passes or self.size > LARGE_FUNCTION
-            else toolchain.OPTIMISED
-        )
+        return toolchain.FEW_PASSES if self.size > LARGE_FUNCTION else toolchain.OPTIMISED
 
 
 CACHE_BYTES = 16_000_000
@@ -210,6 +202,7 @@ class _Call:
         self.bytes = 8 * function.sz_w() + sum(
             memory.nbytes for memory in (*self._inputs, *self._outputs)
         )
+        # its own memory: `Function.call` makes matrices for every call
         self._buffer, self._run = function.buffer()
         buffer: Any = self._buffer
         for i, memory in enumerate(self._inputs):
@@ -302,25 +295,12 @@ class LaneBackend:
         for array in (*inputs, *outputs):
             yield ctypes.c_void_p(array.ctypes.data)
 
-    def interface(self, count: int) -> ca.Function:
-        """The loop over `count` lanes as a CasADi function that its solvers call without Python.
-
-        Inputs and outputs that vary are (lanes, rows). Raises CompilerError.
-        """
-        function, interface_name = (
-            self.work.function,
-            lane_source.interface_name(self.work.function, count),
-        )
-        text = lane_source.print_interface(function, self.work.varying, self.work.summed, count)
-        path = toolchain.build_library(interface_name, text, toolchain.OPTIMISED, (self.library,))
-        toolchain.load_functions(path, interface_name)
-        return ca.external(interface_name, str(path))
-
 
 def _side_by_side(elements: Array, height: int, width: int) -> Array:
     """A matrix for each lane, its elements column by column, (height width, lanes), as (height,
     lanes width).
     """
+    # a column is laid out as the caller wants it
     if width == 1:
         return elements
     lanes = elements.shape[1]

@@ -131,6 +131,7 @@ def scratch_folder(folder: Path) -> Iterator[Path]:
     _remove_abandoned(folder)
     with _open.lock:
         _open.go_on()
+        # system, process and its start: numbers of processes are used again
         prefix = f"{PREFIX}-{_identify_system()}-{os.getpid()}-{_start_time(os.getpid())}-"
         scratch = Path(tempfile.mkdtemp(prefix=prefix, dir=folder))
         _open.folders.add(scratch)

@@ -255,6 +255,7 @@ def _accepts_flag(command: list[str], flag: str, target: Path) -> bool:
     """Whether a compiler takes a flag: it neither fails nor warns because of it, whatever else it
     may warn of.
     """
+    # an empty source: only the flag itself can be at fault
     probe, folder = (flag, "-x", "c", "-c", os.devnull, "-o", str(target)), target.parent
     try:
         _run_compiler(command, "-Werror", *probe, folder=folder)

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from planter.errors import ComputationError, NotFiniteError, PlanterError
 from planter.kernels import backends, toolchain
-from planter.kernels.backends import Array, LaneBackend, LaneTask, VirtualMachine
+from planter.kernels.backends import Array, LaneBackend, LaneTask
 from planter.kernels.compiler import CompilerError
 from planter.kernels.lane_source import print_prototype
 from planter.progress import name_step
@@ -110,7 +110,6 @@ class Kernel:
         function: ca.Function,
         lanes: Sequence[str] = (),
         summed: bool = False,
-        few_passes: bool = False,
     ) -> None:
         self.function = function
         self.names: list[str] = function.name_in()
@@ -118,7 +117,7 @@ class Kernel:
         self.lanes = tuple(lanes)
         self._wanted = frozenset(self.names)
         self._shapes = [function.size_in(i) for i in range(function.n_in())]
-        self.work = LaneTask(function, self.lanes, summed, few_passes)
+        self.work = LaneTask(function, self.lanes, summed)
         self._way = backends.build_virtual_machine(self.work)
         self._compiling: threading.Thread | None = None
 
@@ -126,23 +125,12 @@ class Kernel:
         """Pickle the function only: a loaded kernel uses the virtual machine until it is compiled
         there.
         """
-        return Kernel, (self.function, self.lanes, self.work.summed, self.work.few_passes)
+        return Kernel, (self.function, self.lanes, self.work.summed)
 
     @property
     def way(self) -> str:
         """Name of the current backend: `lanes`, `casadi-c` or `casadi-vm`."""
         return self._way.name
-
-    @property
-    def compiled(self) -> ca.Function | None:
-        """The function in CasADi's own C, for the use in its graphs; None where it is evaluated
-        otherwise.
-        """
-        return (
-            self._way.function
-            if isinstance(self._way, VirtualMachine) and self.way == "casadi-c"
-            else None
-        )
 
     @property
     def loop(self) -> Any:
@@ -151,16 +139,11 @@ class Kernel:
         """
         return self._way.loop if isinstance(self._way, backends.LaneBackend) else None
 
-    def interface(self, count: int) -> ca.Function | None:
-        """The compiled loop over `count` lanes for CasADi's solvers; None where it is not evaluated
-        in lanes (yet).
-        """
-        return self._way.interface(count) if isinstance(self._way, backends.LaneBackend) else None
-
     def compile(self, wait: bool = True) -> None:
         """Run the fastest way that there is here from now on; without waiting, from when it has
         been compiled.
         """
+        # what is in the cache is loaded in milliseconds: no thread is worth it
         if wait or backends.is_compiled(self.work):
             with name_step(f"compiling {self._name}"):
                 self._way = backends.select_fastest(self.work)
@@ -319,6 +302,7 @@ class BoundKernel:
 
     def __call__(self) -> dict[str, Array]:
         """Return the outputs at the current content of the inputs."""
+        # seldom so, and cheaper to ask for than a lock is
         if self._kernel._way is not self._way or get_ident() != self._thread:
             self._attend()
         if not self._run():
@@ -364,12 +348,8 @@ class StackedKernel:
         lanes: Sequence[str],
         stacked: Sequence[str],
         summed: bool = False,
-        few_passes: bool = False,
     ) -> None:
-        """`few_passes` are for a function that is not called often enough to pay for the compiler's
-        time.
-        """
-        self.kernel, self.stacked = Kernel(function, lanes, summed, few_passes), tuple(stacked)
+        self.kernel, self.stacked = Kernel(function, lanes, summed), tuple(stacked)
         self._inputs = {name: function.numel_in(i) for i, name in enumerate(self.kernel.names)}
         self._outputs = {name: function.numel_out(i) for i, name in enumerate(self.kernel.outputs)}
         self._run: Any = None

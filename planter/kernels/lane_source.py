@@ -1,15 +1,11 @@
-"""Lane graphs as C99: a loop over lanes that a compiler turns into vector instructions, and its
-CasADi interface.
+"""Lane graphs as C99: a loop over lanes that a compiler turns into vector instructions.
 
     void NAME(long lanes, const double *restrict phi, const double *restrict x, ..., double
     *restrict force, ...)
 
 An input that varies has a row of `lanes` numbers for each of its elements, one that does not its
 elements column by column; an output has a row for each element or, summed, the sum of each over the
-lanes. A CasADi solver can call the loop for a fixed number of lanes without Python, by an external
-function printed after it, in which matrices are column-major, so inputs and outputs that vary are
-(lanes, rows).
-
+lanes.
 A compiler merges `sin(x)` and `cos(x)` into one call that no vector library has, and every call
 makes it spill all registers. Where the processor has a fused multiply-add, both are printed
 instead, from one reduction of the angle: x = k pi + r with |r| <= pi/2, k pi subtracted in parts
@@ -198,87 +194,3 @@ def _print_unused(graph: LaneGraph) -> list[str]:
     """Inputs that the function does not depend on."""
     read = {a.source.name for a in graph.assignments if isinstance(a.source, ArrayElement)}
     return [name for name in graph.function.name_in() if name not in read]
-
-
-Shape = tuple[int, int]
-
-
-def interface_name(function: ca.Function, lanes: int) -> str:
-    """The name of the external function."""
-    return f"{function.name()}_{lanes}"
-
-
-def print_interface(f: ca.Function, varies: Sequence[str], summed: bool, lanes: int) -> str:
-    """A C file with the interface of a function whose inputs `varies` vary; the raw loop is linked
-    to it.
-    """
-    interface = interface_name(f, lanes)
-    varying = [n in varies for n in f.name_in()]
-    inputs = [
-        (lanes, f.numel_in(i)) if column else f.size_in(i) for i, column in enumerate(varying)
-    ]
-    outputs = [(1 if summed else lanes, f.numel_out(i)) for i in range(f.n_out())]
-    return "\n".join(
-        [
-            "typedef long long casadi_int;",
-            "",
-            f"{print_prototype(f)};",
-            "",
-            _print_evaluation(f.name(), interface, lanes, len(inputs), outputs),
-            _print_sparsities(interface, "in", inputs),
-            _print_sparsities(interface, "out", outputs),
-            _print_names(interface, "in", f.name_in()),
-            _print_names(interface, "out", f.name_out()),
-        ]
-    )
-
-
-def _print_evaluation(
-    raw: str, interface: str, lanes: int, inputs: int, outputs: Sequence[Shape]
-) -> str:
-    """The call; a result that is not wanted, a null pointer, goes to working memory."""
-    places, offset = [], 0
-    for index, (rows, columns) in enumerate(outputs):
-        places.append(f"res[{index}] ? res[{index}] : w + {offset}")
-        offset += rows * columns
-    arguments = [str(lanes), *(f"arg[{i}]" for i in range(inputs)), *places]
-    return f"""\
-int {interface}(const double **arg, double **res, casadi_int *iw, double *w, int mem)
-{{
-  (void)iw;
-  (void)mem;
-  {raw}({", ".join(arguments)});
-  return 0;
-}}
-casadi_int {interface}_n_in(void) {{ return {inputs}; }}
-casadi_int {interface}_n_out(void) {{ return {len(outputs)}; }}
-int {interface}_work(casadi_int *sz_arg, casadi_int *sz_res, casadi_int *sz_iw, casadi_int *sz_w)
-{{
-  if (sz_arg) *sz_arg = {inputs};
-  if (sz_res) *sz_res = {len(outputs)};
-  if (sz_iw) *sz_iw = 0;
-  if (sz_w) *sz_w = {offset};
-  return 0;
-}}
-"""
-
-
-def _print_sparsities(interface: str, side: str, shapes: Iterable[Shape]) -> str:
-    """Every matrix is dense, which CasADi writes as rows, columns, 1."""
-    rows = ", ".join(f"{{{rows}, {columns}, 1}}" for rows, columns in shapes)
-    return f"""\
-const casadi_int *{interface}_sparsity_{side}(casadi_int i)
-{{
-  static const casadi_int shapes[][3] = {{{rows}}};
-  return shapes[i];
-}}"""
-
-
-def _print_names(interface: str, side: str, names: Iterable[str]) -> str:
-    quoted = ", ".join(f'"{name}"' for name in names)
-    return f"""\
-const char *{interface}_name_{side}(casadi_int i)
-{{
-  static const char *const names[] = {{{quoted}}};
-  return names[i];
-}}"""

@@ -265,6 +265,7 @@ def load_functions(path: Path, *names: str) -> list[Any]:
     """
     try:
         content = path.read_bytes()
+        # names stand in the bytes: nothing of a strange library needs to run to tell
         if all(name.encode() + b"\0" in content for name in names):
             raw = load_library(path)
             return [getattr(raw, name) for name in names]
@@ -291,8 +292,10 @@ def _compile_library(
         ):
             builds.run_program(command, TIMEOUT_S, folder, variables)
         content = linked.read_bytes()
+        # the loader ignores what follows the sections of a library
         linked.write_bytes(content + compute_digest(content))
         linked.chmod(0o700)
+        # in one step: who looks sees no library or a whole one
         linked.replace(path)
     if active.bundled:
         compiler.mark_prepared(path.parent)

@@ -193,8 +193,8 @@ def build_widget(scene: Scene) -> Any:
 
 
 def show(source: str, changes: Values | None = None, model: str | None = None) -> Any:
-    """Return the motion of a machine, a file or built-in name, with changed numbers and in one of
-    its models.
+    """Return the motion of a machine, a file or built-in name, in one of its models, with changed
+    numbers in the units of its file.
 
     Raises InputError if the machine or model does not exist, or if anywidget is missing.
     """

@@ -255,6 +255,7 @@ def fit_arcs(pieces: Sequence[Piece], tolerance: float, closed: bool = True) -> 
     Raises ComputationError, naming the piece, if no arcs follow it.
     """
     keys, parts = zip(*_fit_spans(pieces, SEEN_SHARE * tolerance), strict=True)
+    # spans are fitted by size; the outline needs them in its direction
     order = np.lexsort(np.hstack(keys)[::-1])
     biarcs = Biarcs(
         *(
@@ -262,6 +263,7 @@ def fit_arcs(pieces: Sequence[Piece], tolerance: float, closed: bool = True) -> 
             for rows in zip(*(vars(part).values() for part in parts), strict=True)
         )
     )
+    # circles and lines become single arcs, as a workshop expects
     single = biarcs.merge_deviation < _MERGE_SHARE * tolerance
     needed = np.ravel(np.column_stack([np.ones_like(single), ~single]))
     vertices = np.stack([biarcs.start, biarcs.joint], axis=1).reshape(-1, 2)
@@ -373,6 +375,7 @@ def join_biarcs(places: Array, tangents: Array) -> Biarcs:
         last, before = ratio, pairs
         ratio = np.clip(np.where(np.isfinite(target), target, 1.0), 1 / _MAX_RATIO, _MAX_RATIO)
         pairs = _build_biarcs(places, tangents, ratio)
+    # the ratio without area may be no better where secants failed
     better = pairs.deviation <= equal.deviation
     return Biarcs(
         *(

@@ -28,8 +28,6 @@ SAMPLES = 180
 MAX_ROLLER_RADIUS = 1.0
 _END_OFFSET = 1e-9
 """Share of a piece by which its ends are moved inwards, to the piece's side of a breakpoint."""
-_CHORD_TOLERANCE = 1e-5
-"""Deviation of the chords in the search for self-intersections [m]."""
 
 
 def check_roller(radius: float) -> None:
@@ -194,6 +192,7 @@ def find_lift_off(push: Push, speed: float) -> RollerLiftOff | None:
     rest = _find_smallest_force(push, low)
     if rest.value <= 0:
         return RollerLiftOff(0.0, rest.place % (2 * np.pi))
+    # inertia grows with the square of the speed, so that doubling brackets the root soon
     while _find_smallest_force(push, high).value > 0:
         low, high = high, 2 * high
         if abs(high) > MAX_SPEED_RATIO * abs(speed):

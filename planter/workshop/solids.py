@@ -214,6 +214,7 @@ def fit_plane_spline(piece: Piece, tolerance: float) -> Spline:
         places, tangents = piece.at(s), piece.tangent(s)
         spline, middles = _interpolate(places, ([(1, tangents[0])], [(1, tangents[-1])]))
         x, y = (middles - places[1::2]).T
+        # across the piece: along it the spline may run at another speed
         if np.abs(x * tangents[1::2, 1] - y * tangents[1::2, 0]).max() <= tolerance:
             return spline
     raise ComputationError(
@@ -241,6 +242,7 @@ def _refine_parameters() -> Iterator[Array]:
     spans = MIN_SPANS
     while spans <= MAX_SPANS:
         yield np.linspace(0.0, 1.0, 2 * spans + 1)
+        # doubled until halfway points agree; the error falls with the fourth power
         spans *= 2
 
 

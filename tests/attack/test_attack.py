@@ -1,7 +1,7 @@
 """Whatever a file or an option holds, a command ends in a result, or in one sentence; never in a
 traceback.
 
-`make attack` tries ten thousand, others with another PLANTER_ATTACK_SEED; the suite a thousand,
+`make attack` tries ten thousand, others with another PLANTER_ATTACK_SEED; the suite some,
 always the same ones.
 """
 
@@ -24,7 +24,7 @@ from tests.attack.files import CORPUS, Spoiled, spoiled
 from tests.attack.words import CALLS
 from tests.support.cli import run
 
-CASES = int(os.environ.get("PLANTER_ATTACKS", "400"))
+CASES = int(os.environ.get("PLANTER_ATTACKS", "60"))
 """Cases of the generator in all; `make test-long` and `make attack` take thousands."""
 SEED = int(os.environ.get("PLANTER_ATTACK_SEED", "0"))
 TAKERS = {

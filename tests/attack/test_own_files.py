@@ -117,10 +117,10 @@ def test_the_name_of_a_machine_leads_out_of_no_folder(
 ) -> None:
     (tmp_path / "here").mkdir()
     monkeypatch.chdir(tmp_path / "here")
-    _, text, _ = run("example", "compact")
+    _, text, _ = run("example compact")
     lines = ['name = "../ABS"' if line.startswith("name =") else line for line in text.splitlines()]
     Path("own.toml").write_text("\n".join(lines))
-    code, _, err = run("animate", "own.toml", "--seconds", "0.1")
+    code, _, err = run("animate own.toml --seconds 0.1")
     assert code == 0, err
     assert [path.name for path in tmp_path.iterdir()] == ["here"]
     assert len(list(Path().glob("*.gif"))) == 1
@@ -157,18 +157,18 @@ def test_deriving_overwrites_no_source_and_no_edited_table(tmp_path: Path) -> No
     source = tmp_path / "slider_crank.py"
     shutil.copy(ROOT / "docs" / "examples" / source.name, source)
     before = contents(tmp_path)
-    code, _, err = run("derive", str(source), "--out", str(tmp_path))
+    code, _, err = run(f"derive {source} --out {tmp_path}")
     assert (code, source.name in err) == (2, True)
     assert contents(tmp_path) == before
-    assert run("derive", str(source))[0] == 0
+    assert run(f"derive {source}")[0] == 0
     table = tmp_path / "generated" / "slider_crank.toml"
     table.write_text(table.read_text() + "# edited\n")
     (tmp_path / "generated" / "notes.txt").write_text("own")
     before = contents(tmp_path)
-    code, _, err = run("derive", str(source))
+    code, _, err = run(f"derive {source}")
     assert (code, table.name in err) == (2, True)
     assert {k: v for k, v in contents(tmp_path).items() if "__pycache__" not in k} == before
-    assert run("derive", str(source), "--overwrite")[0] == 0
+    assert run(f"derive {source} --overwrite")[0] == 0
     assert "# edited" not in table.read_text()
     assert (tmp_path / "generated" / "notes.txt").read_text() == "own"
     assert (tmp_path / "generated" / NAME).is_file()

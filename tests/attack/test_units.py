@@ -50,8 +50,7 @@ def build_unit(version: str) -> tuple[Path, str]:
         )
         patch.setattr(co_simulation, "FLAGS", ("-O0", *co_simulation.FLAGS[1:]))
         record = answer(
-            "export",
-            "fmu",
+            "export fmu",
             str(machine_file("slider_crank")),
             "--fmi",
             version,

@@ -27,7 +27,7 @@ from planter.planting.model import Device
 from tests.laws.test_gradients import TOLERANCE, errors, smooth_point
 from tests.laws.test_planting_laws import momentum_rate, weight
 from tests.support import kinematics, model, pairs, xp_complex, xp_mpmath
-from tests.support.joints import of_side, of_teeth
+from tests.support.joints import gauss_points, of_side, of_teeth
 from tests.support.sizing import Size
 
 Array = NDArray[np.float64]
@@ -42,7 +42,6 @@ def sampled(cases: Sequence[Chosen], sample: Sequence[Chosen]) -> list[Any]:
 
 
 TURN = 2 * np.pi
-NODES, WEIGHTS = np.polynomial.legendre.leggauss(120)
 SOME_CURVES = [case for case in pairs.EVERY_CURVE if case[1] < 3]
 every_curve = pytest.mark.parametrize(("family", "seed"), sampled(pairs.EVERY_CURVE, SOME_CURVES))
 every_family = pytest.mark.parametrize(
@@ -88,9 +87,7 @@ def panels(family: str, seed: int, end: float = TURN) -> tuple[Array, Array]:
     turn.
     """
     edges = [0.0, *(k * TURN / 12 for k in range(1, 12)), joint(family, seed)]
-    edges = np.array(sorted({min(edge, end) for edge in edges} | {end}))
-    half, middle = np.diff(edges)[:, None] / 2, (edges[1:] + edges[:-1])[:, None] / 2
-    return (middle + half * NODES).ravel(), (half * WEIGHTS).ravel()
+    return gauss_points(np.array(sorted({min(edge, end) for edge in edges} | {end})), 120)
 
 
 # --- closure and rotation
@@ -221,10 +218,10 @@ def exchange_gap(family: str, seed: int, stretched: float = 1.0) -> float:
     gaps = []
     for rotation in (1.0, 4.0):
         edges = np.array(sorted({0.0, min(joint(family, seed), rotation), rotation}))
-        half, middle = np.diff(edges)[:, None] / 2, (edges[1:] + edges[:-1])[:, None] / 2
-        at = contact(family, seed, angle_at(family, seed, (middle + half * NODES).ravel()))
+        rotations, weights = gauss_points(edges, 120)
+        at = contact(family, seed, angle_at(family, seed, rotations))
         mate, distance = at["a"] - at["r"], at["a"] * stretched
-        total = (half * WEIGHTS).ravel() @ (mate / (distance - mate))
+        total = weights @ (mate / (distance - mate))
         gaps.append(total - angle_at(family, seed, np.array([rotation]))[0])
     return float(np.abs(gaps).max())
 
@@ -482,11 +479,9 @@ def test_the_mean_support_force_is_the_weight(first: str, second: str) -> None:
     device = Device(machine)
     joints = np.mod([*of_side(machine), *of_teeth(device)], np.pi)
     edges = np.unique([0, *joints, np.pi])
-    nodes, weights = np.polynomial.legendre.leggauss(24)
-    half, middle = np.diff(edges)[:, None] / 2, (edges[1:] + edges[:-1])[:, None] / 2
-    phi = (middle + half * nodes).ravel()
+    phi, weights = gauss_points(edges, 24)
     force = model.cycle(device, phi).totals["F_support"]
-    assert (half * weights).ravel() @ force / np.pi == pytest.approx(weight(machine), abs=1e-8)
+    assert weights @ force / np.pi == pytest.approx(weight(machine), abs=1e-8)
     assert np.ptp(force) > 1
     assert abs(force.mean() - weight(machine)) > 1e-5
 

@@ -1,71 +1,24 @@
-"""Kinematics of the planting device: closure and rolling of gear pairs, angles by quadrature, rates
-by differences.
+"""Kinematics of the planting device: angles by quadrature, rates by differences.
+
+Closure and rolling of its gear pairs are laws of their families, in test_families.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from itertools import product
 
 import numpy as np
 import pytest
 from mpmath import mp
 from numpy.typing import NDArray
 
-from planter.planting.model import Device
-from tests.support import joints, kinematics, machines, model, xp_complex
+from tests.support import joints, kinematics, machines, model
 from tests.support.arithmetic import MPMATH
 from tests.support.jets import Jet
 
 Array = NDArray[np.float64]
 TURN = 2 * np.pi
 every_machine = pytest.mark.parametrize("name", machines.sampled(1, 3))
-both_stages = pytest.mark.parametrize("stage", [0, 1])
-CONTACT = ("r", "dr", "ddr", "ratio", "dratio", "turned")
-
-
-def parameters(device: Device, stage: int) -> Array:
-    first = len(device.sidecar["vectors"]["mounting"])
-    second = first + len(device.stages[0].names)
-    return device.design[first:second] if stage == 0 else device.design[second:]
-
-
-def contact(device: Device, stage: int, t: Array, stretched: float = 1.0) -> dict[str, Array]:
-    """The stage's generated functions; `stretched` spoils the centre distance."""
-    gear, curve_parameters = device.stages[stage], parameters(device, stage)
-    hoisted = gear.prologue(parameters=curve_parameters)["hoisted"]
-    hoisted[0] *= stretched
-    values = gear.contact(t=np.asarray(t), parameters=curve_parameters, hoisted=hoisted)
-    return {key: values[key][0] for key in CONTACT}
-
-
-# --- closure
-# ---------------------------------------------------------------------------------------
-
-
-def closure_gap(device: Device, stage: int, stretched: float = 1.0) -> float:
-    """Rotation of the conjugate over a turn, by quadrature of the ratio on both segments, less a
-    turn.
-    """
-    joint = np.pi / parameters(device, stage)[-1]
-    nodes, weights = np.polynomial.legendre.leggauss(60)
-    total = 0.0
-    for start, end in ((0.0, joint), (joint, TURN)):
-        half = (end - start) / 2
-        total += (
-            half * weights @ contact(device, stage, start + half * (nodes + 1), stretched)["ratio"]
-        )
-    return total - TURN
-
-
-@every_machine
-@both_stages
-def test_gear_pairs_close(name: str, stage: int) -> None:
-    assert abs(closure_gap(machines.device(name), stage)) < 1e-12
-
-
-def test_a_centre_distance_off_by_a_millionth_does_not_close() -> None:
-    assert abs(closure_gap(machines.device("wang2017"), 0, stretched=1 + 1e-6)) > 1e-7
 
 
 @every_machine
@@ -111,51 +64,6 @@ def test_angles_agree_with_quadrature(name: str) -> None:
 
 def test_quadrature_shows_a_phase_off_by_a_millionth() -> None:
     assert quadrature_gap("wang2017", phase=1e-6) > 1e-8
-
-
-# --- rolling
-# -------------------------------------------------------------------------------------------
-
-
-def rolling_gap(name: str, stage: int, stretched: float = 1.0) -> Array:
-    """Tangent of the inner pitch curve less that of its mate at the contact, per polar angle, over
-    the centre distance.
-
-    Both curves are drawn in their own gears from radius and rotation, differentiated by complex
-    step and laid against each other, the inner gear's centre at 0 and its mate's on the positive
-    axis.
-    """
-    device = machines.device(name)
-    curve = model.array_module(f"curve_{device.stages[stage].family}")
-    curve_parameters = parameters(device, stage)
-    hoisted = np.array(
-        curve.prologue(np, curve_parameters, device.stages[stage].terms), dtype=float
-    )
-    hoisted[0] *= stretched
-    t = np.random.default_rng(3).uniform(0, TURN, 100)
-    step = t + 1j * xp_complex.STEP
-    r, _, _, _, _, turned = curve.contact(xp_complex, step, curve_parameters, hoisted)
-    mate = hoisted[0] - r
-    inner = _tangent(r * np.cos(step), r * np.sin(step), t)
-    outer = _tangent(-mate * np.cos(turned), mate * np.sin(turned), -np.real(turned))
-    return np.abs(inner - outer) / hoisted[0]
-
-
-def _tangent(x: Array, y: Array, turn_back: Array) -> Array:
-    """Slope of a point that is given to the first order by complex step, as a complex number,
-    turned back.
-    """
-    return (np.imag(x) + 1j * np.imag(y)) / xp_complex.STEP * np.exp(-1j * turn_back)
-
-
-@every_machine
-@both_stages
-def test_pitch_curves_roll_on_equal_arcs_with_a_common_tangent(name: str, stage: int) -> None:
-    assert rolling_gap(name, stage).max() < 1e-12
-
-
-def test_pitch_curves_at_another_distance_do_not_roll() -> None:
-    assert rolling_gap("wang2017", 0, stretched=1 + 1e-6).max() > 1e-8
 
 
 # --- rates by differences, on both sides of every joint
@@ -227,21 +135,13 @@ def test_swing_agrees_with_differences_off_breakpoints(name: str) -> None:
             )
 
 
-@every_machine
-@both_stages
-def test_pitch_curve_slopes_agree_with_differences(name: str, stage: int) -> None:
-    device = machines.device(name)
-    for joint, side in product((0.0, np.pi / parameters(device, stage)[-1]), (1, -1)):
-        contact_values = contact(device, stage, samples(joint, side * STEP))
-        for value, slope in (("r", "dr"), ("dr", "ddr"), ("turned", "ratio"), ("ratio", "dratio")):
-            expected = one_sided(contact_values[value], side * STEP, 1)
-            assert contact_values[slope][0] == pytest.approx(
-                expected, abs=1e-8 if value == "turned" else 1e-7
-            ), f"{slope} at {joint}"
-
-
 def test_curvature_jumps_at_a_joint() -> None:
     """What differences across a joint would miss."""
     device = machines.device("wang2017")
-    left, right = (contact(device, 0, samples(0.0, side * STEP))["ddr"][0] for side in (-1, 1))
+    stage, parameters = device.stages[0], device.of_stage(0, device.design)
+    hoisted = stage.prologue(parameters=parameters)["hoisted"]
+    left, right = (
+        stage.contact(t=samples(0.0, step)[:1], parameters=parameters, hoisted=hoisted)["ddr"]
+        for step in (-STEP, STEP)
+    )
     assert abs(left - right) > 1e-3

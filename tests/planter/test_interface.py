@@ -1,16 +1,13 @@
-"""The public interface: light, every name there and explained with its units, nothing handed in is
-changed.
-"""
+"""The public interface: light, every name there, nothing handed in is changed."""
 
 from __future__ import annotations
 
-import inspect
 import re
 import shutil
 import subprocess
 import sys
 import textwrap
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import is_dataclass
 from pathlib import Path
 
@@ -24,66 +21,20 @@ from planter import Device, InputError, Record, load_machine, plugins
 from tests.support import own
 from tests.support.structure import ROOT
 
-UNIT = re.compile(r"\[[^\]]+\]")
-NUMBERS = re.compile(r"\b(float|Array)\b")
+HEAVY = {"numpy", "casadi", "matplotlib", "pandas", "pydantic", "scipy"}
 
 
-def public() -> dict[str, object]:
-    return {name: getattr(planter, name) for name in planter.__all__ if name != "__version__"}
-
-
-def members() -> Iterator[tuple[str, object]]:
-    """Public functions and classes, and of classes their own methods and properties."""
-    for name, member in public().items():
-        yield name, member
-        if inspect.isclass(member) and not issubclass(member, Exception):
-            attributes = {
-                key: value for key, value in vars(member).items() if not key.startswith("_")
-            }
-            methods = {
-                key: value
-                for key, value in attributes.items()
-                if callable(value) or hasattr(value, "__doc__")
-            }
-            yield from (
-                (f"{name}.{key}", value) for key, value in methods.items() if _is_code(value)
-            )
-
-
-def _is_code(member: object) -> bool:
-    return (
-        inspect.isroutine(member)
-        or isinstance(member, property)
-        or type(member).__name__ == "cached_property"
+def run_script(script: str) -> list[str]:
+    """Return the words that a process prints."""
+    done = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, check=True
     )
-
-
-def code(member: object) -> Callable[..., object]:
-    return (
-        getattr(member, "fget", None)
-        or getattr(member, "func", None)
-        or getattr(member, "__func__", None)
-        or member
-    )
-
-
-def unexplained(member: object) -> str:
-    """What a docstring lacks; nothing where it is complete."""
-    text = inspect.getdoc(member) or ""
-    if not text:
-        return "no docstring"
-    if inspect.isclass(member):
-        return ""
-    annotations = " ".join(map(str, getattr(code(member), "__annotations__", {}).values()))
-    return "no unit" if NUMBERS.search(annotations) and not UNIT.search(text) else ""
+    return done.stdout.split()
 
 
 def test_planter_is_light_to_import() -> None:
     script = "import sys, planter; print(*sorted({name.partition('.')[0] for name in sys.modules}))"
-    loaded = subprocess.run(
-        [sys.executable, "-c", script], capture_output=True, text=True, check=True
-    ).stdout.split()
-    assert not {"numpy", "casadi", "matplotlib", "pandas", "pydantic", "scipy"} & set(loaded)
+    assert not HEAVY & set(run_script(script))
 
 
 def test_commands_import_only_their_needs() -> None:
@@ -94,19 +45,15 @@ def test_commands_import_only_their_needs() -> None:
         "import sys; from planter.cli.app import build_application; build_application(); "
         "print(*sys.modules)"
     )
-    loaded = subprocess.run(
-        [sys.executable, "-c", script], capture_output=True, text=True, check=True
-    ).stdout.split()
+    loaded = run_script(script)
     assert "planter.planting.commands.analysis" in loaded
-    assert not {"numpy", "casadi", "matplotlib", "pandas", "pydantic", "scipy"} & set(loaded)
+    assert not HEAVY & set(loaded)
     assert not {name for name in loaded if name.startswith("planter.") and ".results." in name}
 
 
 def test_derive_is_light_to_import_and_offers_the_toolkit() -> None:
     script = "import sys, derive; print('sympy' in sys.modules, *derive.__all__)"
-    light, *names = subprocess.run(
-        [sys.executable, "-c", script], capture_output=True, text=True, check=True
-    ).stdout.split()
+    light, *names = run_script(script)
     assert light == "False"
     assert names == list(toolkit.__all__) == sorted(toolkit.__all__)
     assert set(names) <= set(dir(derive))
@@ -119,23 +66,6 @@ def test_every_name_is_there_and_no_room_has_it() -> None:
     assert not set(planter.__all__) & plugins.find_packages().keys()
     with pytest.raises(AttributeError, match="no attribute 'Devise'"):
         planter.Devise  # noqa: B018
-
-
-@pytest.mark.parametrize(("name", "member"), list(members()), ids=[name for name, _ in members()])
-def test_every_public_name_is_documented_with_units(name: str, member: object) -> None:
-    assert not unexplained(member), name
-
-
-def test_a_name_without_docstring_or_unit_is_noticed() -> None:
-    def mute(x: float) -> float:
-        return x
-
-    def unitless(x: float) -> float:
-        """Twice a length."""
-        return 2 * x
-
-    assert unexplained(mute) == "no docstring"
-    assert unexplained(unitless) == "no unit"
 
 
 @pytest.fixture(scope="module")

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import io
 import json
+import re
 import sys
 from collections.abc import Callable
 from contextlib import redirect_stderr, redirect_stdout
@@ -28,11 +29,20 @@ def _commands() -> Callable[..., Any]:
     return typer.main.get_command(build_application())
 
 
+def split_words(call: str) -> list[str]:
+    """Return the words of a command line; those in single quotes may have spaces."""
+    return [word.strip("'") for word in re.findall(r"'[^']*'|\S+", call)] if " " in call else [call]
+
+
 def run(*arguments: str) -> tuple[int, str, str]:
-    """Exit code, standard output and standard error of what a process does, done in this one."""
+    """Exit code, standard output and standard error of what a process does, done in this one.
+
+    The first argument may be several words, each further one is a single word.
+    """
+    words = [word for call in arguments[:1] for word in split_words(call)]
     out, err = (io.TextIOWrapper(io.BytesIO(), encoding="utf-8", newline="") for _ in range(2))
     with pytest.MonkeyPatch.context() as patch, redirect_stdout(out), redirect_stderr(err):
-        patch.setattr(sys, "argv", ["planter", *arguments])
+        patch.setattr(sys, "argv", ["planter", *words, *arguments[1:]])
         patch.setattr(app, "build_application", _commands)
         patch.setattr(process, "listen_signals", lambda: None)
         with pytest.raises(SystemExit) as end:

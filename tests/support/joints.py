@@ -32,6 +32,13 @@ def roots(f: Callable[[Array], Array]) -> list[float]:
     ]
 
 
+def gauss_points(edges: Array, count: int) -> tuple[Array, Array]:
+    """Nodes and weights of Gauss-Legendre quadrature, so many between neighbouring edges."""
+    nodes, weights = np.polynomial.legendre.leggauss(count)
+    half, middle = np.diff(edges)[:, None] / 2, (edges[1:] + edges[:-1])[:, None] / 2
+    return (middle + half * nodes).ravel(), (half * weights).ravel()
+
+
 def passages(machine: PlantingMachine) -> list[tuple[Callable[[kinematics.Side], Array], float]]:
     """Angles of the train, and values at which they meet a joint of a pitch curve or of a cam
     flank.
@@ -78,9 +85,7 @@ def panels(name: str) -> tuple[Array, Array]:
     """
     edges = np.unique([0, *of_both_sides(name), TURN])
     edges = np.sort(np.concatenate([edges, (edges[1:] + edges[:-1]) / 2]))
-    nodes, weights = np.polynomial.legendre.leggauss(20)
-    half, middle = np.diff(edges)[:, None] / 2, (edges[1:] + edges[:-1])[:, None] / 2
-    return (middle + half * nodes).ravel(), (half * weights).ravel()
+    return gauss_points(edges, 20)
 
 
 def distance_from_breakpoints(device: Device, design: Array, phi: float, away: float) -> bool:

@@ -10,7 +10,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from planter.kernels import Array, backends, toolchain
+from planter.kernels import Array, Kernel, backends, toolchain
 from planter.kernels.backends import LaneTask
 
 NAMED = {
@@ -90,3 +90,9 @@ def difference(first: Array, other: Array) -> float:
 
 def unsummed(work: LaneTask) -> LaneTask:
     return replace(work, summed=False)
+
+
+def build_square(name: str = "square", power: int = 2) -> Kernel:
+    """Return a kernel of a power over lanes."""
+    x = ca.SX.sym("x")
+    return Kernel(ca.Function(name, [x], [x**power], ["x"], ["y"]), lanes=["x"])

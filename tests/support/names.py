@@ -1,38 +1,34 @@
-"""`python -m tests.support.names` compares the names of the code with the committed totals, which
-may only fall.
+"""`python -m tests.support.names CHECK` lists names that say too little; their numbers may only fall.
 
-`--write` lowers the totals to those of today, and `--list CHECK` prints the findings of one check.
-The checks are
+`tests.support.size` holds the totals. The checks are
 
 * vague: variables, parameters, attributes, functions and imports that are named by a word of
   `VAGUE` alone;
 * one_word: public functions of a module that are one word, which says nothing once it is imported;
 * duplicate: public classes whose name another class of `planter` or `derive` has;
 * undocumented: public classes, functions and methods without a docstring;
+* shadow: local variables named like a function of their module, or an imported one;
 * fragment: docstrings that begin with a preposition or a pronoun, so that they need the name to be
   understood.
 
-Tests count for the first check alone.
+Tests count for vague and shadow alone.
 """
 
 from __future__ import annotations
 
 import argparse
 import ast
-import gc
-import json
 import re
-import sys
-from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from functools import cached_property
+from operator import attrgetter
 from pathlib import Path
 
 from tests.support.structure import FOUNDATION, ROOT
 
 PACKAGES = ("planter", "derive", "tests")
-TOTALS = Path(__file__).with_suffix(".json")
-CHECKS = ("vague", "one_word", "duplicate", "undocumented", "fragment")
+CHECKS = ("vague", "one_word", "duplicate", "undocumented", "shadow", "fragment")
 VAGUE = re.compile(
     r"_*(along|apart|around|asked|beside|drawn|every|found|given|held|here|kept|known|least|made|mine|most|near|of|one|others"
     r"|own|said|several|shown|there|told|tried|two|under|wanted|what|which|whole|within)_*"
@@ -44,8 +40,6 @@ FRAGMENT = re.compile(
 )
 UNSEEN = {"property", "cached_property", "overload", "override", "setter"}
 """Decorators of functions that need neither a verb nor a docstring of their own."""
-
-Totals = Mapping[str, Mapping[str, int]]
 
 
 @dataclass(frozen=True)
@@ -62,10 +56,15 @@ class Finding:
 
 @dataclass(frozen=True)
 class Source:
-    """A module's path below the project, and its syntax tree."""
+    """A module's path below the project, and its text."""
 
     path: str
-    tree: ast.Module
+    text: str
+
+    @cached_property
+    def tree(self) -> ast.Module:
+        """The syntax tree."""
+        return ast.parse(self.text)
 
     @property
     def package(self) -> str:
@@ -84,9 +83,7 @@ def read_sources(root: Path = ROOT, packages: Iterable[str] = PACKAGES) -> Itera
     """Yield all modules of packages below a folder, in the order of their paths."""
     for package in packages:
         for path in sorted((root / package).rglob("*.py")):
-            yield Source(
-                path.relative_to(root).as_posix(), ast.parse(path.read_text(encoding="utf-8"))
-            )
+            yield Source(path.relative_to(root).as_posix(), path.read_text(encoding="utf-8"))
 
 
 def find_names(sources: Iterable[Source]) -> Iterator[Finding]:
@@ -94,6 +91,7 @@ def find_names(sources: Iterable[Source]) -> Iterator[Finding]:
     classes: dict[str, list[Finding]] = {}
     for source in sources:
         yield from _find_vague(source)
+        yield from _find_shadows(source)
         if source.package == "tests":
             continue
         yield from _find_in_definitions(source, source.tree, is_module=True)
@@ -112,6 +110,23 @@ def _find_vague(source: Source) -> Iterator[Finding]:
         for name in _bound_names(node):
             if VAGUE.fullmatch(name):
                 yield source.finding("vague", getattr(node, "lineno", 1), name)
+
+
+def _find_shadows(source: Source) -> Iterator[Finding]:
+    """Yield variables of functions that take the name of a function, whose names are verbs."""
+    functions: set[str] = set()
+    for node in source.tree.body:
+        if isinstance(node, ast.FunctionDef):
+            functions.add(node.name)
+        elif isinstance(node, ast.ImportFrom):
+            functions.update(alias.asname or alias.name for alias in node.names)
+    verbs = {name for name in functions if "_" in name.strip("_") and name.islower()}
+    for function in ast.walk(source.tree):
+        if isinstance(function, ast.FunctionDef | ast.Lambda):
+            for node in ast.walk(function):
+                is_verb = isinstance(node, ast.Name) and node.id in verbs
+                if is_verb and isinstance(node.ctx, ast.Store):
+                    yield source.finding("shadow", node.lineno, node.id)
 
 
 def _bound_names(node: ast.AST) -> Iterator[str]:
@@ -158,64 +173,24 @@ def _decorator_name(node: ast.expr) -> str:
     return function.attr if isinstance(function, ast.Attribute) else getattr(function, "id", "")
 
 
-def count_findings(findings: Iterable[Finding]) -> dict[str, dict[str, int]]:
+def count_findings(findings: Iterable[Finding]) -> dict[str, dict[str, float]]:
     """Return how many findings every package has of every check."""
-    counts = Counter((finding.package, finding.check) for finding in findings)
-    return {
-        package: {check: counts[package, check] for check in CHECKS if counts[package, check]}
-        for package in sorted({package for package, _ in counts})
-    }
+    totals: dict[str, dict[str, float]] = {}
+    for finding in sorted(findings, key=attrgetter("package", "check")):
+        checks = totals.setdefault(finding.package, {})
+        checks[finding.check] = checks.get(finding.check, 0) + 1
+    return totals
 
 
-def find_rises(before: Totals, after: Totals) -> dict[str, tuple[int, int]]:
-    """Return the totals that have risen, as `package check`, with their values before and after."""
-    pairs = {
-        f"{package} {check}": (before.get(package, {}).get(check, 0), count)
-        for package, checks in after.items()
-        for check, count in checks.items()
-    }
-    return {place: pair for place, pair in pairs.items() if pair[1] > pair[0]}
-
-
-def find_repository_names() -> list[Finding]:
-    """Return the findings in this project, without collecting garbage, which takes 60 % of the time
-    otherwise.
-    """
-    gc.disable()
-    try:
-        return list(find_names(read_sources()))
-    finally:
-        gc.enable()
-
-
-def read_totals() -> dict[str, dict[str, int]]:
-    """Return the committed totals."""
-    return dict(json.loads(TOTALS.read_text(encoding="utf-8")))
-
-
-def main() -> int:
-    """Run the command line; return the exit code."""
-    parser = argparse.ArgumentParser(
-        prog="python -m tests.support.names", description="names that may only fall"
-    )
-    parser.add_argument("--write", action="store_true", help="lower the committed totals")
-    parser.add_argument("--list", choices=CHECKS, help="print the findings of a check")
-    options = parser.parse_args()
-    findings = find_repository_names()
-    for finding in findings:
-        if finding.check == options.list:
+def main() -> None:
+    """Print the findings of a check."""
+    parser = argparse.ArgumentParser(prog="python -m tests.support.names", description=__doc__)
+    parser.add_argument("check", choices=CHECKS)
+    check = parser.parse_args().check
+    for finding in find_names(read_sources()):
+        if finding.check == check:
             print(f"{finding.place}: {finding.name}")
-    totals = count_findings(findings)
-    rises = find_rises(read_totals(), totals)
-    for place, (before, after) in rises.items():
-        print(
-            f"{place}: {after} names, at most {before} are allowed; see --list {place.split()[1]}",
-            file=sys.stderr,
-        )
-    if options.write and not rises:
-        TOTALS.write_text(json.dumps(totals, indent=1) + "\n", encoding="utf-8")
-    return int(bool(rises))
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

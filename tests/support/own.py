@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import hashlib
 import importlib.util
 import shutil
+import sys
 from functools import cache
 from pathlib import Path
 from tempfile import mkdtemp
 from types import ModuleType
+
+import sympy
 
 from derive.__main__ import main as derive
 from planter.engine.machine import Machine
@@ -15,8 +19,10 @@ from planter.kernels import Array
 from planter.mechanism.dynamics import Dynamics
 from planter.mechanism.file import MechanismFile, load
 from planter.mechanism.machines import build_machine
+from tests.support.structure import ROOT
 
-EXAMPLES = Path(__file__).parents[2] / "docs" / "examples"
+EXAMPLES = ROOT / "docs" / "examples"
+DERIVED = ROOT / ".pytest_cache" / "derived"
 LIBRARY = (
     "belt_drive",
     "coupler_path",
@@ -51,16 +57,41 @@ LIBRARY = (
 
 @cache
 def generated(source: str) -> Path:
-    """The folder of what is generated of a statement: the name of an example, or a text."""
-    name, text = (
-        (source, (EXAMPLES / f"{source}.py").read_text()) if "\n" not in source else ("own", source)
-    )
-    path = Path(mkdtemp()) / f"{name}.py"
+    """The folder of what is generated of a statement: the name of an example, or a text.
+
+    It is a copy; what was derived stays for other processes and runs, as long as nothing that it
+    depends on changes.
+    """
+    is_example = "\n" not in source
+    text = (EXAMPLES / f"{source}.py").read_text("utf-8") if is_example else source
+    path = Path(mkdtemp()) / f"{source if is_example else 'own'}.py"
     path.write_text(text, encoding="utf-8")
     for curve in EXAMPLES.glob("*.csv"):
         shutil.copy(curve, path.parent)
+    cached = DERIVED / hashlib.sha256(f"{_digest()}{path.name}{text}".encode()).hexdigest()[:24]
+    target = path.parent / "generated"
+    if cached.is_dir():
+        shutil.copytree(cached, target)
+        return target
     assert derive([str(path)]) == 0
-    return path.parent / "generated"
+    partial = Path(mkdtemp(dir=DERIVED))
+    shutil.copytree(target, partial, dirs_exist_ok=True)
+    try:
+        partial.rename(cached)
+    except OSError:  # another process was first
+        shutil.rmtree(partial)
+    return target
+
+
+@cache
+def _digest() -> str:
+    """A digest of what derives, and of the curves that statements read."""
+    DERIVED.mkdir(parents=True, exist_ok=True)
+    files = [*sorted((ROOT / "derive").rglob("*.py")), *sorted(EXAMPLES.glob("*.csv"))]
+    digest = hashlib.sha256(f"{sys.version}{sympy.__version__}".encode())
+    for path in files:
+        digest.update(path.read_bytes())
+    return digest.hexdigest()
 
 
 def file(source: str, name: str = "", **values: float) -> MechanismFile:

@@ -8,8 +8,10 @@ import shutil
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+import pytest
 from PIL import Image
 
+from planter.report import bundle, style
 from tests.support.cli import run
 from tests.support.structure import ROOT
 
@@ -41,7 +43,9 @@ def draw_picture(name: str, folder: Path) -> Path:
     command, figure = PICTURES[name]
     picture = folder / Path(name).name
     out = picture.with_suffix("") if figure else picture
-    code, _, message = run(*command.split(), "--out", str(out))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(bundle, "style", style)  # which the tests replace by a quicker one
+        code, _, message = run(command, "--out", str(out))
     if code != 0:
         raise RuntimeError(f"planter {command}: {message}")
     if figure:

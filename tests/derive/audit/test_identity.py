@@ -123,6 +123,7 @@ def test_misprints_that_are_called_confirmed_fail(record: Record) -> None:
     assert find_failure(tampered)
 
 
+@pytest.mark.long
 def test_moment_balance_of_the_planet_lacks_a_small_share() -> None:
     """One sign, and moments of inertia and weight of both halves: at most 0.121 N m, 3.6 % of the
     tooth moment.

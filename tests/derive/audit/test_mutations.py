@@ -104,7 +104,7 @@ def test_many_errors_are_explained_and_rewrites_ignored(paper: str) -> None:
 def test_most_errors_are_explained_correctly(paper: str) -> None:
     planted = [
         m
-        for m in mutations.mutants(paper, PLANTED)[::2]
+        for m in mutations.mutants(paper, PLANTED)[::4]
         if mutations.is_sound(paper, printed(paper, m))
     ]
     explained = [m for m in planted if is_told(paper, m)]

@@ -14,9 +14,7 @@ from tests.support.schemas import load_schema
 
 def test_benchmark_fits_its_schema_and_writes_claims(tmp_path: Path) -> None:
     write_text(tmp_path / "crank", "text.tex", "3" * 64)
-    result = answer(
-        "audit", str(tmp_path), "--benchmark", "--slips", "18", "--out", str(tmp_path / "out")
-    )
+    result = answer(f"audit {tmp_path} --benchmark --slips 18 --out", str(tmp_path / "out"))
     jsonschema.validate(result, load_schema("audit benchmark"))
     score, by_units = (result["checkers"][name]["all"] for name in ("planter", "units"))
     assert score["detected"] == score["slips"] > by_units["detected"] > 0
@@ -28,9 +26,9 @@ def test_benchmark_fits_its_schema_and_writes_claims(tmp_path: Path) -> None:
 
 def test_folder_that_is_no_corpus_is_refused(tmp_path: Path) -> None:
     assert "no such folder" in refusal("audit", str(tmp_path / "none"), "--benchmark")
-    assert "source.toml" in refusal("audit", str(tmp_path), "--benchmark")
-    assert "--front" in refusal("audit", str(tmp_path), "--benchmark", "--front")
-    assert "--names" in refusal("audit", str(tmp_path), "--benchmark", "--names", "names.toml")
-    sentence = refusal("audit", "wang2017", "--answers", "other.jsonl")
+    assert "source.toml" in refusal(f"audit {tmp_path} --benchmark")
+    assert "--front" in refusal(f"audit {tmp_path} --benchmark --front")
+    assert "--names" in refusal(f"audit {tmp_path} --benchmark --names names.toml")
+    sentence = refusal("audit wang2017 --answers other.jsonl")
     assert "--answers" in sentence
     assert "--benchmark" in sentence

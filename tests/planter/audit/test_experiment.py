@@ -28,7 +28,7 @@ def compute_lever_figures(lever_mm: float) -> list[float]:
 
 
 def test_hypotheses_reach_figures(tmp_path: Path) -> None:
-    result = answer("audit", "wang2017", "--experiment", "--out", str(tmp_path))["experiment"]
+    result = answer(f"audit wang2017 --experiment --out {tmp_path}")["experiment"]
     rows = {row["name"]: row for row in result["hypotheses"]}
     assert {key: result["measured"][key] for key in MEASURED} == MEASURED
     lever = rows["lever M_L_Nm"]
@@ -63,9 +63,9 @@ def test_machine_file_states_a_hypothesis(tmp_path: Path) -> None:
     """
     file = build_wang(drive="M_L", lever_mm=37.2).with_numbers({"mass.planet_kg": 1.5})
     path = write_file(tmp_path, file)
-    result = answer("audit", "wang2017", "--experiment", "--machine", path)["experiment"]
+    result = answer(f"audit wang2017 --experiment --machine {path}")["experiment"]
     rows = {row["name"]: row for row in result["hypotheses"]}
-    cycle = answer("simulate", path, "--model", "exact", "--samples", "720")
+    cycle = answer(f"simulate {path} --model exact --samples 720")
     assert rows["stated"]["parameters"] == {}
     for row, seen in (("stated", cycle["measurement"]), ("rigid", None)):
         force = cycle["support_force"]
@@ -82,13 +82,11 @@ def test_machine_file_states_a_hypothesis(tmp_path: Path) -> None:
 
 def test_machine_file_without_a_force_is_refused(tmp_path: Path) -> None:
     path = write_file(tmp_path, build_wang(quantity="M_L_Nm"))
-    message = refusal("audit", "wang2017", "--experiment", "--machine", path)
+    message = refusal(f"audit wang2017 --experiment --machine {path}")
     assert "measurement.quantity" in message
     assert "M_L_Nm" in message
-    assert "--machine needs --experiment" in refusal("audit", "wang2017", "--machine", path)
+    assert "--machine needs --experiment" in refusal(f"audit wang2017 --machine {path}")
 
 
 def test_paper_without_experiment_is_refused() -> None:
-    assert "--experiment needs one of the papers wang2017" in refusal(
-        "audit", "sun2019", "--experiment"
-    )
+    assert "--experiment needs one of the papers wang2017" in refusal("audit sun2019 --experiment")

@@ -13,7 +13,7 @@ TABLE1 = {"theory": (122.17, 1907.32), "experiment": (147.03, 1033.23)}
 
 
 def test_front_is_reported_with_table_points_and_files(tmp_path: Path) -> None:
-    front = answer("audit", "wang2017", "--front", "--out", str(tmp_path))["front"]
+    front = answer(f"audit wang2017 --front --out {tmp_path}")["front"]
     assert load_paper_points("wang2017") == {
         row: {"range_N": r, "variance_N2": v} for row, (r, v) in TABLE1.items()
     }
@@ -38,4 +38,4 @@ def test_front_is_reported_with_table_points_and_files(tmp_path: Path) -> None:
 
 
 def test_a_paper_without_a_front_is_refused() -> None:
-    assert "--front needs one of the papers wang2017" in refusal("audit", "sun2019", "--front")
+    assert "--front needs one of the papers wang2017" in refusal("audit sun2019 --front")

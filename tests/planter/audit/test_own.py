@@ -40,7 +40,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def result(folder: Path) -> Any:
     """The audit of the example, with its page in `trial`."""
     paper, numbers = folder / "slider_crank_paper.py", folder / "slider_crank_numbers.toml"
-    return answer("audit", str(paper), "--numbers", str(numbers), "--out", str(folder / "trial"))
+    return answer(f"audit {paper} --numbers {numbers} --out", str(folder / "trial"))
 
 
 def test_example_is_judged_with_planted_errors(result: Any) -> None:
@@ -255,7 +255,7 @@ def test_other_paper_is_not_confused(folder: Path) -> None:
             ('loop("By")', 'loop("Bq")'),
             "invented2026 (2): nothing here states 'the loop Bq closes'; near it",
         ),
-        (("q.e - q.r", "q.ee - q.r"), "line 20: AttributeError: there is no quantity ee"),
+        (("q.e - q.r", "q.ee - q.r"), "line 25: AttributeError: there is no quantity ee"),
     ],
 )
 def test_error_raised_by_paper_names_user_line(
@@ -272,7 +272,7 @@ def test_error_raised_by_paper_names_user_line(
 
 def test_options_of_other_papers_are_refused(folder: Path) -> None:
     source = str(folder / "slider_crank_numbers.toml")
-    assert "--numbers" in refusal("audit", "wang2017", "--numbers", source)
+    assert "--numbers" in refusal(f"audit wang2017 --numbers {source}")
     assert "--front needs one of the papers" in refusal(
         "audit", str(folder / "slider_crank_paper.py"), "--front"
     )

@@ -39,8 +39,8 @@ def test_topics_are_listed_and_printed() -> None:
 
 
 def test_unknown_topic_is_refused_with_suggestion() -> None:
-    assert "did you mean units?" in refusal("help", "unit")
-    assert "it must be one of completion, environment" in refusal("help", "zzz")
+    assert "did you mean units?" in refusal("help unit")
+    assert "it must be one of completion, environment" in refusal("help zzz")
 
 
 def test_commands_in_topics_exist() -> None:
@@ -69,7 +69,7 @@ def test_summaries_of_commands_are_whole_sentences(group: tuple[str, ...]) -> No
 
 
 def test_variables_on_page_are_read(monkeypatch: pytest.MonkeyPatch) -> None:
-    assert "PLANTER_KERNELS" in answer("help", "environment")["text"]
+    assert "PLANTER_KERNELS" in answer("help environment")["text"]
     monkeypatch.setenv("PLANTER_KERNELS", backends.BACKENDS[-1])
     assert backends.list_allowed() == backends.BACKENDS[-1:]
 

@@ -178,6 +178,7 @@ def test_angle_of_a_corner_has_no_gradient_and_is_refused(curve: str) -> None:
         goal.evaluate(machine.design)
 
 
+@pytest.mark.long
 def test_search_recovers_arm_from_drawn_path(tmp_path: Path) -> None:
     """The path is a polygon of the true one: what is left is its height over the chords, by their
     number.

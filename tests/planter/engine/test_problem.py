@@ -69,7 +69,9 @@ def test_starts_agree_though_half_of_them_glide() -> None:
     assert min(plain) == pytest.approx(14.5100016108, abs=1e-8)
 
 
-@pytest.mark.parametrize("limit", ["range F_Ox <= 16", "jump F_Ox <= 2.5"])
+@pytest.mark.parametrize(
+    "limit", ["range F_Ox <= 16", pytest.param("jump F_Ox <= 2.5", marks=pytest.mark.long)]
+)
 def test_optimum_under_a_limit_has_its_price(limit: str) -> None:
     """Moving a limit by 1e-3 changes the objective by its multiplier."""
     machine = own.machine("slider_crank")

@@ -136,7 +136,7 @@ def test_teeth_transmit_the_law_unless_moved(
     moved = replace(
         pair.mate, row=replace(pair.mate.row, flanks=replace(flanks, phase=flanks.phase + 5e-6))
     )
-    mesh = RowMesh(replace(pair, mate=moved))
+    mesh = RowMesh.from_pair(replace(pair, mate=moved))
     few = turn.rolled[200:500:50]
     assert np.abs(Contacts(mesh, mesh.facing(few)).errors).min() > 1e-5
 
@@ -181,7 +181,9 @@ def untrimmed(pair: IntermittentPair, k: int) -> IntermittentPair:
     if k == 0:
         flanks = replace(row.flanks, phase=row.flanks.phase - pair.phase.first + row.rack.pitch / 2)
         row = replace(row, flanks=flanks)
-    return replace(pair, **{("gear", "mate")[k]: replace(gear, row=row, pieces=tuple(row.line()))})
+    return replace(
+        pair, **{("gear", "mate")[k]: replace(gear, row=row, pieces=tuple(row.outline()))}
+    )
 
 
 def test_tampered_gears_interfere(pair: IntermittentPair, turn: IncompleteGearCycle) -> None:

@@ -70,7 +70,7 @@ def test_flanks_are_smooth_where_they_are_not_cut() -> None:
 
 
 def test_tangents_and_curvatures_are_those_of_the_points() -> None:
-    for piece in stage("sine", 4, 25).gears[1].outline().pieces[:40:3]:
+    for piece in stage("sine", 4, 25).gears[1].outline()[:40:3]:
         s, h = np.linspace(0.1, 0.9, 5), 1e-5
         before, middle, after = (piece.at(s + step) for step in (-h, 0.0, h))
         chord, size = after - before, np.hypot(*(after - before).T)

@@ -48,7 +48,7 @@ PARTS = {
 def test_table_of_no_closed_turn_exits_2(tmp_path: Path, kind: str) -> None:
     polar, message = PARTS[kind]
     file = write_curve(tmp_path / "own.csv", polar, 40 + 3 * np.cos(np.radians(polar)))
-    assert message in refusal("gears", "--curve", file, "--module", "2")
+    assert message in refusal(f"gears --curve {file} --module 2")
 
 
 def test_radius_without_closure_exits_2(tmp_path: Path) -> None:
@@ -56,7 +56,7 @@ def test_radius_without_closure_exits_2(tmp_path: Path) -> None:
         radius = np.append(RADIUS, end * RADIUS[0])
         file = write_curve(tmp_path / "own.csv", np.append(POLAR, 360.0), radius)
         if message:
-            assert message in refusal("gears", "--curve", file, "--module", "2")
+            assert message in refusal(f"gears --curve {file} --module 2")
         else:
             assert load_pair(file, None).sense == 1
 
@@ -94,7 +94,7 @@ def test_impossible_curve_is_refused_in_seconds(tmp_path: Path, kind: str) -> No
     radius, message = IMPOSSIBLE[kind]
     file = write_curve(tmp_path / "own.csv", np.arange(len(radius)) * 360 / len(radius), radius)
     begun = time.process_time()
-    assert message in refusal("gears", "--curve", file, "--module", "2")
+    assert message in refusal(f"gears --curve {file} --module 2")
     assert time.process_time() - begun < 5
 
 
@@ -182,7 +182,7 @@ CORNERS = {
 def test_corner_is_refused_with_its_place(tmp_path: Path, kind: str) -> None:
     radius, place = CORNERS[kind]
     message = refusal(
-        "gears", "--curve", write_curve(tmp_path / "own.csv", DEGREES, radius), "--module", "2"
+        "gears --curve", write_curve(tmp_path / "own.csv", DEGREES, radius), "--module", "2"
     )
     assert "corner" in message
     polar = float(message.partition("polar angle ")[2].partition("°")[0])
@@ -231,14 +231,14 @@ def faster_mate(lobes: int = MEAN) -> Array:
 
 def test_unclear_turns_are_asked_for(tmp_path: Path) -> None:
     file = write_curve(tmp_path / "own.csv", DEGREES, faster_mate())
-    message = refusal("gears", "--curve", file, "--teeth", "40", "--turns", "2")
+    message = refusal(f"gears --curve {file} --teeth 40 --turns 2")
     assert "--turns 2:1 or --turns 1:2" in message
     assert "60 mm" in message
 
 
 def test_faster_mate_closes_at_its_distance(tmp_path: Path) -> None:
     file = write_curve(tmp_path / "own.csv", DEGREES, faster_mate())
-    (stage,) = answer("gears", "--curve", file, "--teeth", "40,20", "--turns", "1:2")["stages"]
+    (stage,) = answer(f"gears --curve {file} --teeth 40,20 --turns 1:2")["stages"]
     assert stage["centre_distance_mm"] == pytest.approx(AXES, abs=1e-6)
     assert stage["z"] == [20, 40]
     assert [gear["name"] for gear in stage["gears"]] == ["mate", "gear"]
@@ -253,7 +253,7 @@ def test_faster_mate_closes_at_its_distance(tmp_path: Path) -> None:
 
 def test_slower_mate_is_another_pair(tmp_path: Path) -> None:
     file = write_curve(tmp_path / "own.csv", DEGREES, faster_mate())
-    (stage,) = answer("gears", "--curve", file, "--teeth", "40", "--turns", "2:1")["stages"]
+    (stage,) = answer(f"gears --curve {file} --teeth 40 --turns 2:1")["stages"]
     assert stage["z"] == [40, 80]
     assert stage["centre_distance_mm"] > 100
 
@@ -273,13 +273,11 @@ def test_mate_in_a_file_tells_the_turns(tmp_path: Path) -> None:
 
 def test_mate_needs_a_curve_that_repeats(tmp_path: Path) -> None:
     file = write_curve(tmp_path / "own.csv", DEGREES, faster_mate(lobes=1))
-    message = refusal("gears", "--curve", file, "--teeth", "40", "--turns", "1:2")
+    message = refusal(f"gears --curve {file} --teeth 40 --turns 1:2")
     assert "must repeat after 180°" in message
 
 
 @pytest.mark.parametrize("text", ["0", "2:3", "x", "1:2:3", "21", "-1", ":2"])
 def test_invalid_turns_are_refused(tmp_path: Path, text: str) -> None:
     file = write_curve(tmp_path / "own.csv", POLAR, RADIUS)
-    assert f"--turns {text}" in refusal(
-        "gears", "--curve", file, "--teeth", "40", f"--turns={text}"
-    )
+    assert f"--turns {text}" in refusal(f"gears --curve {file} --teeth 40 --turns={text}")

@@ -9,12 +9,11 @@ import sys
 import time
 from pathlib import Path
 
-import casadi as ca
 import pytest
 
-from planter.kernels import Kernel, builds, toolchain
+from planter.kernels import builds, toolchain
 from planter.kernels.compiler import CompilerError
-from tests.support.lanes import needs_compiler
+from tests.support.lanes import build_square, needs_compiler
 
 ROOT = Path(__file__).parents[3]
 SOURCE = "double twice(double x) { return 2.0 * x; }\n"
@@ -169,11 +168,6 @@ class TestFullDisk:
         assert left(folder) == []
         self.full(1)
 
-    def test_source_error_does_not_blame_others(self) -> None:
-        with pytest.raises(CompilerError, match=r"did not compile wrong: .*error"):
-            toolchain.build_library("wrong", "double wrong(double x) { return y; }\n", ())
-        assert toolchain.build_library("twice", SOURCE, ()).exists()
-
     def test_kernels_work_with_a_single_warning(
         self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
     ) -> None:
@@ -182,8 +176,7 @@ class TestFullDisk:
             "CC", str(compiler_that("echo 'No space left on device' >&2; exit 1", tmp_path))
         )
         for power in (2, 3):
-            x = ca.SX.sym("x")
-            kernel = Kernel(ca.Function("power", [x], [x**power], ["x"], ["y"]), lanes=["x"])
+            kernel = build_square(power=power)
             kernel.compile()
             assert kernel(x=[3.0])["y"][0, 0] == 3**power
         assert [r.getMessage().partition("functions: ")[2] for r in caplog.records] == [

@@ -9,12 +9,11 @@ import stat
 from collections.abc import Callable
 from pathlib import Path
 
-import casadi as ca
 import pytest
 
 from planter.kernels import Kernel, backends, toolchain
 from planter.kernels.toolchain import RefusedFileError
-from tests.support.lanes import needs_compiler
+from tests.support.lanes import build_square, needs_compiler
 
 pytestmark = needs_compiler
 
@@ -27,11 +26,6 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path / "above" / "cache"
 
 
-def square() -> Kernel:
-    x = ca.SX.sym("x")
-    return Kernel(ca.Function("square", [x], [x**2], ["x"], ["y"]), lanes=["x"])
-
-
 def way(kernel: Kernel) -> str:
     """How a kernel is evaluated after `compile`; its numbers are right in any case."""
     kernel.compile()
@@ -41,7 +35,7 @@ def way(kernel: Kernel) -> str:
 
 def compiled() -> Path:
     """The library of a kernel, by the work of a process before."""
-    return backends.build_lane_library(square().work)
+    return backends.build_lane_library(build_square().work)
 
 
 def owned_by_another(monkeypatch: pytest.MonkeyPatch, path: Path) -> None:
@@ -102,32 +96,28 @@ class TestLibrary:
         self, case: str, caplog: pytest.LogCaptureFixture
     ) -> None:
         path = compiled()
-        assert way(square()) == "lanes"
+        assert way(build_square()) == "lanes"
         change, reason = STRANGE[case]
         change(path)
         for _ in range(2):
-            assert way(square()) == "casadi-vm"
+            assert way(build_square()) == "casadi-vm"
         (message,) = [r.getMessage().partition("functions: ")[2] for r in caplog.records]
         assert message.startswith(f"{path} is not loaded: it {reason}")
-        assert not backends.is_compiled(square().work)
+        assert not backends.is_compiled(build_square().work)
 
     def test_folder_of_another_user_is_refused(
         self, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
     ) -> None:
         path = compiled()
         owned_by_another(monkeypatch, path)
-        assert way(square()) == "casadi-vm"
+        assert way(build_square()) == "casadi-vm"
         assert [r.getMessage() for r in caplog.records] == [
             f"planter: slower without compiled functions: {path} is not loaded: it belongs to "
             f"another user"
         ]
 
     def test_each_folder_has_a_warning(self, caplog: pytest.LogCaptureFixture) -> None:
-        x = ca.SX.sym("x")
-        kernels = [
-            Kernel(ca.Function(name, [x], [x**3], ["x"], ["y"]), lanes=["x"])
-            for name in ("one", "two")
-        ]
+        kernels = [build_square(name) for name in ("one", "two")]
         for kernel in kernels:
             backends.build_lane_library(kernel.work).chmod(0o777)
         for kernel in kernels:
@@ -148,7 +138,7 @@ class TestLibrary:
         wrong = toolchain.build_library("other", other, toolchain.OPTIMISED)
         shutil.copy(wrong, path)
         assert toolchain.is_intact(path)
-        assert way(square()) == "casadi-vm"
+        assert way(build_square()) == "casadi-vm"
         assert not trace.exists()
         assert [r.getMessage().partition("functions: ")[2] for r in caplog.records] == [
             f"{path} is not used: it lacks one of the functions square"
@@ -164,7 +154,7 @@ class TestLibrary:
             "other", 'const char *f(void) { return "square"; }\n', toolchain.OPTIMISED
         )
         shutil.copy(wrong, path)
-        assert way(square()) == "casadi-vm"
+        assert way(build_square()) == "casadi-vm"
         assert "lacks one of the functions square" in caplog.text
 
 
@@ -185,7 +175,7 @@ class TestFolder:
         folder.chmod(mode)
         folder.parent.chmod(above)
         for _ in range(2):
-            assert way(square()) == "casadi-vm"
+            assert way(build_square()) == "casadi-vm"
         open_one = folder if above == 0o755 else folder.parent
         assert [r.getMessage().partition("functions: ")[2] for r in caplog.records] == [
             f"the folder for compiled functions, {folder}, is open to other users: {open_one} may "
@@ -193,7 +183,7 @@ class TestFolder:
         ]
         folder.chmod(0o700)
         folder.parent.chmod(0o1777)
-        assert way(square()) == "lanes"
+        assert way(build_square()) == "lanes"
 
     def test_a_group_of_the_user_alone_is_nobody_else(
         self, folder: Path, monkeypatch: pytest.MonkeyPatch
@@ -203,7 +193,7 @@ class TestFolder:
         monkeypatch.setattr(
             toolchain, "_is_private_group", lambda group: group == folder.parent.stat().st_gid
         )
-        assert way(square()) == "lanes"
+        assert way(build_square()) == "lanes"
 
     def test_library_of_another_user_is_refused(
         self, folder: Path, monkeypatch: pytest.MonkeyPatch
@@ -227,16 +217,6 @@ class TestFolder:
         (tmp_path / "disk").chmod(0o777)
         with pytest.raises(RefusedFileError, match="disk may be written by others"):
             toolchain.cache_folder()
-
-
-@pytest.mark.parametrize("value", ["relative", "./here", ""])
-def test_a_relative_folder_of_the_desktop_s_does_not_count(
-    value: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.delenv("PLANTER_CACHE")
-    monkeypatch.setenv("XDG_CACHE_HOME", value)
-    monkeypatch.setenv("HOME", "/d")
-    assert toolchain.cache_path() == Path("/d/.cache/planter")
 
 
 def test_written_files_are_private(folder: Path) -> None:

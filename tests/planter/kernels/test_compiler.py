@@ -9,12 +9,11 @@ import tempfile
 import time
 from pathlib import Path
 
-import casadi as ca
 import pytest
 
-from planter.kernels import Kernel, compiler, toolchain
+from planter.kernels import compiler, toolchain
 from planter.kernels.compiler import CompilerError
-from tests.support.lanes import needs_compiler
+from tests.support.lanes import build_square, needs_compiler
 
 
 @pytest.fixture(autouse=True)
@@ -41,11 +40,6 @@ def runs(group: str) -> bool:
     return True
 
 
-def square() -> Kernel:
-    x = ca.SX.sym("x")
-    return Kernel(ca.Function("square", [x], [x**2], ["x"], ["y"]), lanes=["x"])
-
-
 @needs_compiler
 class TestSeveralWords:
     PASSED_ON = "import os, sys; os.execvp(sys.argv[1], sys.argv[1:])"
@@ -63,7 +57,7 @@ class TestSeveralWords:
         self, words: list[str], monkeypatch: pytest.MonkeyPatch
     ) -> None:
         monkeypatch.setenv("CC", shlex.join(words))
-        kernel = square()
+        kernel = build_square()
         kernel.compile()
         assert kernel.way == "lanes"
         assert kernel(x=[3.0])["y"][0, 0] == 9
@@ -85,14 +79,14 @@ class TestSeveralWords:
         with pytest.raises(CompilerError, match="there is no C compiler 'cc;'"):
             toolchain.find_compiler()
         monkeypatch.setenv("CC", f"cc $(touch {tmp_path / 'touched'})")
-        square().compile()
+        build_square().compile()
         assert not (tmp_path / "touched").exists()
 
     def test_path_with_space_is_a_single_word(
         self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     ) -> None:
         monkeypatch.setenv("CC", str(script(tmp_path, 'exec cc "$@"')))
-        square().compile()
+        build_square().compile()
         assert toolchain.find_compiler().words == ()
 
     @pytest.mark.parametrize(
@@ -170,26 +164,12 @@ class TestNoAnswer:
         assert len(calls) == (1 if case == "version" else 2)
         assert not any(runs(process) for process in calls)
 
-    def test_kernels_work_without_it(
-        self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
-    ) -> None:
-        monkeypatch.setenv("CC", str(script(tmp_path, "sleep 300")))
-        monkeypatch.setattr(toolchain, "_warnings", [])
-        kernel = square()
-        kernel.compile()
-        assert kernel(x=[3.0])["y"][0, 0] == 9
-        assert [r.getMessage() for r in caplog.records] == [
-            f"planter: slower without compiled functions: the C compiler {tmp_path / 'some cc'} "
-            f"does not answer "
-            "within 0.5 s"
-        ]
-
 
 @needs_compiler
 def test_a_version_in_another_encoding(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     text = "case $1 in --version) echo 'cc f\xfcr alle';; *) exec cc \"$@\";; esac"
     monkeypatch.setenv("CC", str(script(tmp_path, text)))
     assert toolchain.find_compiler().version == r"cc f\xfcr alle"
-    kernel = square()
+    kernel = build_square()
     kernel.compile()
     assert kernel.way == "lanes"

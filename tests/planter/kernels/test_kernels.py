@@ -13,7 +13,7 @@ import pytest
 from planter.errors import ComputationError
 from planter.kernels import CallError, Kernel, backends, toolchain
 from planter.kernels.backends import Backend, LaneTask
-from tests.support.lanes import needs_compiler
+from tests.support.lanes import build_square, needs_compiler
 
 
 @pytest.fixture
@@ -119,7 +119,6 @@ def test_a_sparse_output_is_filled_up() -> None:
 class TestCompiled:
     def test_it_says_how_it_is_evaluated(self, kernel: Kernel) -> None:
         assert kernel.way == "casadi-vm"
-        assert kernel.compiled is None
         kernel.compile()
         assert kernel.way == "lanes"
         assert kernel(phi=[0.5, 1.5], x=[2.0, 3.0])["y"] == pytest.approx(
@@ -131,7 +130,6 @@ class TestCompiled:
         kernel = Kernel(ca.Function("square", [x], [x**2], ["x"], ["y"]))
         kernel.compile()
         assert kernel.way == "casadi-c"
-        assert kernel.compiled is not None
         assert kernel(x=3.0)["y"][0, 0] == 9
 
     @pytest.mark.parametrize("way", ["lanes", "casadi-c", "casadi-vm"])
@@ -168,8 +166,7 @@ class TestCompiled:
         self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     ) -> None:
         monkeypatch.setenv("PLANTER_CACHE", str(tmp_path))
-        x = ca.SX.sym("x")
-        kernel = Kernel(ca.Function("later", [x], [x**2], ["x"], ["y"]), lanes=["x"])
+        kernel = build_square("later")
         assert not backends.is_compiled(kernel.work)
         kernel.compile(wait=False)
         assert kernel(x=[3.0])["y"][0, 0] == 9
@@ -184,8 +181,7 @@ class TestCompiled:
         self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     ) -> None:
         monkeypatch.setenv("PLANTER_CACHE", str(tmp_path))
-        x = ca.SX.sym("x")
-        kernel = Kernel(ca.Function("settled", [x], [x**2], ["x"], ["y"]), lanes=["x"])
+        kernel = build_square("settled")
         kernel.compile(wait=False)
         kernel.settle()
         assert kernel.way == "lanes"

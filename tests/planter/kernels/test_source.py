@@ -16,7 +16,7 @@ from pathlib import Path
 import casadi as ca
 import pytest
 
-from planter.kernels import lane_source, toolchain
+from planter.kernels import toolchain
 from planter.kernels.backends import LARGE_FUNCTION, LaneTask
 from planter.kernels.lane_graph import LaneGraph
 from planter.kernels.lane_source import print_file
@@ -79,8 +79,7 @@ def test_no_compiler_warns(compiler: str, march: str, tmp_path: Path) -> None:
         pytest.skip("processors of x86-64")
     flags = (*STRICT, *([f"-march={march}"] if march else []), "-ffast-math")
     cycles = resources.files("planter.engine").joinpath("cycles.c").read_text(encoding="utf-8")
-    outside = lane_source.print_interface(small().function, ["phi"], summed=False, lanes=9)
-    for number, source in enumerate((text(), cycles, outside, _device_works("exact")[0].loop)):
+    for number, source in enumerate((text(), cycles, _device_works("exact")[0].loop)):
         compiled(source, tmp_path / f"{number}.o", *flags, compiler=compiler)
 
 

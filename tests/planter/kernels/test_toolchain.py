@@ -4,7 +4,6 @@ import json
 import os
 import platform
 import shutil
-import stat
 import subprocess
 import sys
 from pathlib import Path
@@ -98,12 +97,6 @@ class TestCache:
             != outer
         )
 
-    def test_it_is_private(self) -> None:
-        path = library()
-        assert stat.S_IMODE(self.folder.stat().st_mode) == 0o700
-        assert stat.S_IMODE(path.stat().st_mode) == 0o700
-        assert [p.name for p in self.folder.iterdir()] == [path.name]
-
     @pytest.mark.parametrize(
         "damage",
         [
@@ -151,19 +144,6 @@ class TestCache:
         assert [p.name for p in self.folder.iterdir()] == [path.name]
         assert twice(path) == 8
 
-    def test_folder_writable_by_others_is_refused(self) -> None:
-        library()
-        self.folder.chmod(0o777)
-        with pytest.raises(CompilerError, match="is open to other users"):
-            library()
-        self.folder.chmod(0o755)
-        assert library().exists()
-
-    def test_a_folder_of_someone_else_is_refused(self, monkeypatch: pytest.MonkeyPatch) -> None:
-        monkeypatch.setattr(os, "getuid", lambda: 12345)
-        with pytest.raises(CompilerError, match="is open to other users"):
-            library()
-
     @as_a_user
     def test_unwritable_folder_is_reported(self) -> None:
         self.folder.mkdir(mode=0o500)
@@ -188,6 +168,8 @@ class TestCache:
         ({"PLANTER_CACHE": "/a/b", "XDG_CACHE_HOME": "/c"}, "/a/b"),
         ({"XDG_CACHE_HOME": "/c", "HOME": "/d"}, "/c/planter"),
         ({"XDG_CACHE_HOME": "", "HOME": "/d"}, "/d/.cache/planter"),
+        ({"XDG_CACHE_HOME": "relative", "HOME": "/d"}, "/d/.cache/planter"),
+        ({"XDG_CACHE_HOME": "./here", "HOME": "/d"}, "/d/.cache/planter"),
         ({"PLANTER_CACHE": "", "HOME": "/d"}, "/d/.cache/planter"),
     ],
 )
@@ -301,19 +283,6 @@ main()
 """
 
 
-def _open_to_all(folder: Path) -> Path:
-    folder.mkdir()
-    folder.chmod(0o777)
-    return folder
-
-
-WITHOUT = {
-    "CC is empty": lambda _: {"CC": ""},
-    "no folder": lambda _: {"PLANTER_CACHE": "/dev/null/cache"},
-    "a folder open to all": lambda p: {"PLANTER_CACHE": str(_open_to_all(p / "open"))},
-}
-
-
 @pytest.fixture(scope="module")
 def objective() -> float:
     """What the virtual machine finds; whoever asks for it is not warned."""
@@ -342,16 +311,9 @@ def run_and_warn(command: list[str], variables: dict[str, str]) -> tuple[dict, l
 class TestWithout:
     """It works, slower, and says so once."""
 
-    @pytest.mark.parametrize(
-        "case",
-        [
-            "CC is empty",
-            pytest.param("no folder", marks=pytest.mark.long),
-            pytest.param("a folder open to all", marks=pytest.mark.long),
-        ],
-    )
-    def test_single_warning(self, case: str, objective: float, tmp_path: Path) -> None:
-        output, messages = run_and_warn([sys.executable, "-m", "planter"], WITHOUT[case](tmp_path))
+    def test_single_warning(self, objective: float) -> None:
+        command = [sys.executable, "-m", "planter"]
+        output, messages = run_and_warn(command, {"CC": ""})
         assert len(messages) == 1
         assert messages[0].startswith("planter: slower without compiled functions: ")
         assert output["objective"] == pytest.approx(objective, rel=1e-9)

@@ -50,7 +50,9 @@ def test_example_finds_the_four_bar_of_its_points() -> None:
     assert result["design"]["a_mm"] == pytest.approx(40, abs=0.2)
 
 
-@pytest.mark.parametrize("points", [225, pytest.param(900, marks=pytest.mark.long)])
+@pytest.mark.parametrize(
+    "points", [100, *(pytest.param(count, marks=pytest.mark.long) for count in (225, 900))]
+)
 def test_optimum_recovers_the_four_bar_of_dense_points(points: int, tmp_path: Path) -> None:
     """Chords differ from the curve by the square of their length, and so do the lengths that are
     found.
@@ -157,6 +159,7 @@ def test_published_design_passes_its_precision_points() -> None:
     assert error(8.7) > 0.1
 
 
+@pytest.mark.long
 def test_search_reaches_precision_points_as_closely_as_the_published_design() -> None:
     """From a crank with which the path misses them."""
     file = own.generated(precision_points(9)) / "coupler_path.toml"

@@ -56,6 +56,7 @@ def measure_errors(factor: float, frame_mass: float = 5.0) -> Array:
     )
 
 
+@pytest.mark.long
 def test_stiff_released_train_has_ideal_support_force():
     errors = np.array([measure_errors(factor) for factor in (1, 2)])
     assert errors[1].max() < 0.004

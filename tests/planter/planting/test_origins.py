@@ -66,6 +66,7 @@ def test_validate_lists_numbers_of_this_file(copy: Path) -> None:
     assert load(str(copy), {"speed_rpm": 45}).origin("operation.speed_rpm") == SET
 
 
+@pytest.mark.long
 def test_closest_design_keeps_origins(copy: Path, tmp_path: Path) -> None:
     """At this speed nothing satisfies the requirements, so that the search writes the closest
     design.

@@ -205,6 +205,7 @@ def test_robust_design_improves_only_robust_objective(
     assert np.isclose(robust_result.mean + 3 * robust_result.std, robust_result.objective)
 
 
+@pytest.mark.long
 def test_tolerance_rows_do_not_depend_on_workers(
     resolved: ResolvedMachine, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -256,7 +257,7 @@ def test_last_matching_tolerance_counts(resolved: ResolvedMachine) -> None:
 
 @pytest.mark.usefixtures("blank_figures")
 def test_tolerance_command_writes_report(tmp_path: Path) -> None:
-    few = ("--samples", "100", "--indices", "4", "--set", "objective.samples=24", "--no-robust")
+    few = ("--samples", "40", "--indices", "2", "--set", "objective.samples=24", "--no-robust")
     result = answer("tolerance", "wang2017", *few, "--out", str(tmp_path))
     assert (
         result.items()

@@ -38,7 +38,7 @@ COMMANDS = (
     "explain shi2021",
     "explain sun2019",
     "diff yu2023 yu2023",
-    "sweep docs/examples/sweep_speed.toml",
+    "sweep tests/support/sweep_speed.toml",
 )
 SLOW = "tolerance wang2017 --tolerances docs/examples/tolerances.toml --samples 128"
 OWN = ("slider_crank", "cam_follower", "rssr")

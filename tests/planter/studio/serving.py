@@ -52,6 +52,14 @@ def line(address: str, origin: str | None = None) -> Iterator[ClientConnection]:
         yield location
 
 
+@contextmanager
+def open_line(address: str, machine: str = "wang2017") -> Iterator[ClientConnection]:
+    """A page's live line, on which a machine was opened."""
+    with line(address) as talk:
+        answer(talk, "opened", ask="open", name=machine)
+        yield talk
+
+
 def answer(talk: ClientConnection, key: str, **message: Any) -> Any:
     """Send a message, and wait for one with a key."""
     talk.send(json.dumps(message))

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import urllib.error
 import urllib.request
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -19,22 +18,11 @@ from planter.errors import InputError
 from planter.studio.process import export_path, find_export
 from planter.studio.session import Session
 from planter.view.subject import open_machine
-from tests.planter.studio.serving import answer, line, page_of, studio, until
+from tests.planter.studio.serving import answer, line, open_line, page_of, until
 from tests.support.cli import answer as command
 
 MACHINES = ("wang2017", "yu2023", "shi2021", "sun2019-corrected")
 VALUES = {"design.R3_mm": 30.8, "operation.speed_rpm": 38.0}
-
-
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return tmp_path_factory.mktemp("studio")
-
-
-@pytest.fixture(scope="module")
-def address(folder: Path) -> Iterator[str]:
-    with studio(folder) as address:
-        yield address
 
 
 def fetched(address: str) -> tuple[int, bytes, str]:
@@ -55,14 +43,13 @@ def exported(talk: ClientConnection, **message: Any) -> list[dict[str, Any]]:
 @pytest.fixture(scope="module")
 def motion(address: str) -> list[dict[str, Any]]:
     """The files of a machine's motion, other numbers set."""
-    with line(address) as talk:
-        answer(talk, "opened", ask="open", name="wang2017")
+    with open_line(address, "wang2017") as talk:
         return exported(talk, names=["motion-csv"], values=VALUES, model="printed")
 
 
 def test_export_equals_command(motion: list[dict[str, Any]], folder: Path, tmp_path: Path) -> None:
     changes = [word for name, value in VALUES.items() for word in ("--set", f"{name}={value}")]
-    command("export", "motion", "wang2017", *changes, "--model", "printed", "--out", str(tmp_path))
+    command("export motion wang2017", *changes, "--model", "printed", "--out", str(tmp_path))
     expected, motion_folder = (
         folder / "exports" / "wang2017" / "motion-csv",
         {path.name: path for path in tmp_path.glob("[!.]*")},
@@ -80,8 +67,7 @@ def test_exports_leave_the_files_of_the_user(
     """Notes in the folder of an export stay, and are not offered as its files."""
     notes = folder / "exports" / "wang2017" / "motion-csv" / "notes.txt"
     notes.write_text("mine", encoding="utf-8")
-    with line(address) as talk:
-        answer(talk, "opened", ask="open", name="wang2017")
+    with open_line(address, "wang2017") as talk:
         again = exported(talk, names=["motion-csv"], values=VALUES, model="printed")
     assert notes.read_text(encoding="utf-8") == "mine"
     assert {entry["path"] for entry in again} == {entry["path"] for entry in motion}
@@ -110,8 +96,7 @@ def test_a_file_in_the_place_of_a_folder_is_reported(
     standing = folder / "exports" / place
     standing.parent.mkdir(parents=True, exist_ok=True)
     standing.write_text("mine", encoding="utf-8")
-    with line(address) as talk:
-        answer(talk, "opened", ask="open", name="shi2021")
+    with open_line(address, "shi2021") as talk:
         sentence = exported(talk, names=["animation"])
         assert isinstance(sentence, str)
         assert str(standing) in sentence
@@ -140,8 +125,7 @@ def test_only_exported_files_can_be_fetched(
 
 
 def test_an_export_can_be_given_up(address: str) -> None:
-    with line(address) as talk:
-        answer(talk, "opened", ask="open", name="wang2017")
+    with open_line(address, "wang2017") as talk:
         assert answer(talk, "exporting", ask="export", values={}, names=["optimum"]) == ""
         assert until(talk, "exporting") == "optimum"
         talk.send(json.dumps({"ask": "cancel", "work": "export"}))

@@ -9,7 +9,6 @@ import http.client
 import json
 import os
 import signal
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -19,7 +18,7 @@ from planter.errors import ComputationError, InputError
 from planter.studio import live
 from planter.studio.live import GivenUpError, RemoteSession
 from planter.studio.session import FAILED, Session, _format_answer, answer_request
-from tests.planter.studio.serving import answer, line, message_with, studio
+from tests.planter.studio.serving import answer, message_with, open_line
 
 pytestmark = pytest.mark.fault
 EVIL = "open({mark!r}, 'w').close()\n"
@@ -31,17 +30,6 @@ TO_CODE = (
     '"\\u0066unctions" = "evil"',
 )
 """Ways in which a file says that Python code belongs to it."""
-
-
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return tmp_path_factory.mktemp("studio")
-
-
-@pytest.fixture(scope="module")
-def address(folder: Path) -> Iterator[str]:
-    with studio(folder) as address:
-        yield address
 
 
 def write_evil(folder: Path) -> Path:
@@ -130,8 +118,7 @@ def test_strange_addresses_are_refused(path: str, address: str) -> None:
 
 
 def test_surrogate_in_an_id_does_not_silence_a_page(address: str) -> None:
-    with line(address) as talk:
-        answer(talk, "opened", ask="open", name="wang2017")
+    with open_line(address, "wang2017") as talk:
         talk.send('{"id": "\\ud800", "values": {}}')
         assert message_with(talk, "error")
         assert answer(talk, "scenes", id=2, values={})

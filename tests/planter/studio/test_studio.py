@@ -8,7 +8,6 @@ import shutil
 import time
 import urllib.error
 import urllib.request
-from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 
@@ -22,7 +21,14 @@ from planter.planting.file import load
 from planter.planting.model import Device
 from planter.planting.simulation import simulate
 from planter.studio.session import LARGEST, Session
-from tests.planter.studio.serving import answer, line, message_with, page_of, studio, until
+from tests.planter.studio.serving import (
+    answer,
+    line,
+    message_with,
+    open_line,
+    page_of,
+    until,
+)
 from tests.support import own
 from tests.support.cli import answer as command
 
@@ -32,16 +38,10 @@ is let pass.
 """
 
 
-@pytest.fixture(scope="module")
-def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
-    with studio(tmp_path_factory.mktemp("studio"), "wang2017-wide") as address:
-        yield address
-
-
 @cache
 def simulated(source: str, *arguments: str) -> dict:
     """What the command tells of a machine."""
-    return command("simulate", source, *arguments)
+    return command(f"simulate {source}", *arguments)
 
 
 def status(address: str, **headers: str) -> int:
@@ -89,8 +89,7 @@ def test_page_runs_only_local_scripts(address: str) -> None:
 
 def test_page_readings_equal_command(address: str) -> None:
     """Readings of the model and numbers that were asked for, to the last digits of `simulate`."""
-    with line(address) as talk:
-        answer(talk, "opened", ask="open", name="wang2017")
+    with open_line(address, "wang2017") as talk:
         values = {"design.R3_mm": 30.8, "operation.speed_rpm": 38.0}
         received = answer(talk, "readings", id=1, values=values, model="printed")
     result = simulate(Device(load("wang2017", values), "printed")).result
@@ -102,8 +101,7 @@ def test_page_readings_equal_command(address: str) -> None:
 
 
 def test_only_the_last_of_many_moves_is_shown(address: str) -> None:
-    with line(address) as talk:
-        answer(talk, "opened", ask="open", name="wang2017")
+    with open_line(address, "wang2017") as talk:
         for k in range(200):
             talk.send(json.dumps({"id": k, "values": {"design.R3_mm": 30.5 + 0.002 * k}}))
         shown_values = []
@@ -116,8 +114,7 @@ def test_only_the_last_of_many_moves_is_shown(address: str) -> None:
 
 
 def test_requirements_follow_when_the_hand_rests(address: str) -> None:
-    with line(address) as talk:
-        answer(talk, "opened", ask="open", name="wang2017-wide")
+    with open_line(address, "wang2017-wide") as talk:
         talk.send(json.dumps({"id": 1, "values": {}}))
         checks = until(talk, "checks")
     expected = simulated("wang2017-wide")["requirements"]
@@ -127,8 +124,7 @@ def test_requirements_follow_when_the_hand_rests(address: str) -> None:
 
 
 def test_ends_of_numbers_follow_when_the_hand_rests(address: str) -> None:
-    with line(address) as talk:
-        answer(talk, "opened", ask="open", name="yu2023")
+    with open_line(address, "yu2023") as talk:
         ends = answer(talk, "ends", id=1, values={"bars.L1_mm": 100})
     assert ends["bars.L2_mm"][0] > 100
 
@@ -136,8 +132,7 @@ def test_ends_of_numbers_follow_when_the_hand_rests(address: str) -> None:
 def test_details_are_those_of_the_command_in_both_models(address: str) -> None:
     """The designer's summary, and what the other model says of the same numbers."""
     values = {"design.R3_mm": 30.8}
-    with line(address) as talk:
-        answer(talk, "opened", ask="open", name="wang2017")
+    with open_line(address, "wang2017") as talk:
         talk.send(json.dumps({"id": 1, "values": values}))
         details = message_with(talk, "details")
     expected = {
@@ -167,24 +162,23 @@ def test_details_are_those_of_the_command_in_both_models(address: str) -> None:
 
 @pytest.mark.long
 def test_a_search_ends_where_the_command_line_ends(address: str) -> None:
-    with line(address) as talk:
-        answer(talk, "opened", ask="open", name="wang2017")
+    with open_line(address, "wang2017") as talk:
         talk.send(json.dumps({"ask": "optimise", "values": {}, "model": "exact"}))
         optimum = until(talk, "optimum", "error")
-    expected = command("optimise", "wang2017")["design"]
+    expected = command("optimise wang2017")["design"]
     assert optimum == pytest.approx(
         {f"design.{name}": value for name, value in expected.items()}, rel=1e-9
     )
 
 
 def test_a_search_can_be_given_up(address: str) -> None:
-    with line(address) as talk:
-        answer(talk, "opened", ask="open", name="wang2017")
+    with open_line(address, "wang2017") as talk:
         answer(talk, "searching", ask="optimise", values={}, model="exact")
         talk.send(json.dumps({"ask": "cancel"}))
         assert answer(talk, "file", ask="file", values={}).startswith("# The machine")
 
 
+@pytest.mark.long
 def test_page_of_a_search_names_goal_starts_and_progress(address: str) -> None:
     with page_of(address) as page:
         page.locator('[data-path="design.m61"] .lock').click()
@@ -363,6 +357,7 @@ def test_a_page_follows_a_hand(address: str) -> None:
     assert hosts <= {address.split("/")[2]}
 
 
+@pytest.mark.long
 def test_a_pose_is_drawn_about_by_hand(address: str) -> None:
     """The numbers of the pose go with the pointer, and no further than they may."""
     with page_of(address) as page:

@@ -6,7 +6,6 @@ from __future__ import annotations
 
 import re
 import socket
-from collections.abc import Iterator
 from contextlib import ExitStack
 from importlib import resources
 from pathlib import Path
@@ -57,12 +56,6 @@ NONSENSE = (
     '{"id": 1, "values": ' + "9" * 5000 + "}",
 )
 """Messages that no page sends."""
-
-
-@pytest.fixture(scope="module")
-def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
-    with studio(tmp_path_factory.mktemp("studio"), "wang2017-wide") as address:
-        yield address
 
 
 def test_nonsense_is_refused_without_loss(address: str) -> None:
@@ -118,6 +111,7 @@ def test_broken_connection_recovers_without_loss(address: str) -> None:
         expect(objective).to_have_text(first)
 
 
+@pytest.mark.long
 def test_saved_copy_of_page_says_so(tmp_path: Path) -> None:
     for name in ("studio.html", "saved.js", "studio.js", "studio.css"):
         (tmp_path / name).write_bytes(resources.files("planter.studio").joinpath(name).read_bytes())
@@ -137,6 +131,7 @@ def load_file(page: Page, name: str, text: str) -> None:
     )
 
 
+@pytest.mark.long
 def test_loaded_file_replaces_everything(address: str) -> None:
     """A file of the same name with another number; then one that is not valid TOML, which changes
     nothing.
@@ -169,6 +164,7 @@ def test_loaded_file_replaces_everything(address: str) -> None:
         assert page.locator("#said").inner_text() == ""
 
 
+@pytest.mark.long
 def test_reload_restores_moved_controls(address: str) -> None:
     """Machine, model, numbers and the steps back; numbers of a file that has changed since are its
     own.

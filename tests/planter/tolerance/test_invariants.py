@@ -42,9 +42,9 @@ def test_indices_equal_closed_forms(tmp_path: Path) -> None:
         "--output",
         "max y",
         "--samples",
-        "20000",
+        "4000",
         "--indices",
-        "16384",
+        "4096",
     )
     result = answer("tolerance", machine, *options)
     (indices,) = result["sobol"].values()

@@ -5,6 +5,7 @@ valid.
 from __future__ import annotations
 
 from copy import deepcopy
+from itertools import islice
 from typing import Any
 
 import numpy as np
@@ -27,20 +28,23 @@ def coarse(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(objective, "PANELS_AT_POINT", 600)
 
 
-@pytest.mark.parametrize("kind", KINDS)
-def test_every_tampered_proof_is_refused_by_both(kind: str) -> None:
+@pytest.mark.parametrize(
+    ("kind", "step"), [("sampled", 1), ("true", 6), pytest.param("true", 1, marks=pytest.mark.long)]
+)
+def test_every_tampered_proof_is_refused_by_both(kind: str, step: int) -> None:
+    """Of a true one, whose check takes longer, the suite tampers with each sixth part."""
     document = prove_document(kind)
     assert check_document(document).valid
     assert check_apart(document) is None
     valid, count = [], 0
-    for name, tampered in list_tampered(document):
+    for name, tampered in islice(list_tampered(document), 0, None, step):
         count += 1
         ours, reason = check_document(tampered), check_apart(tampered)
         valid += [f"{name}: planter"] if ours.valid else []
         valid += [f"{name}: check_proof"] if reason is None else []
         assert ours.valid or ours.reason, name
     assert not valid
-    assert count >= FEWEST_KINDS
+    assert count >= FEWEST_KINDS // step
 
 
 @pytest.mark.parametrize("kind", KINDS)

@@ -95,7 +95,7 @@ def set_number(page: Page, path: str, value: str) -> None:
     field.press("Tab")
 
 
-@pytest.mark.parametrize("width", [1280, 390])
+@pytest.mark.parametrize("width", [390, pytest.param(1280, marks=pytest.mark.long)])
 def test_it_follows_a_hand_in_both_models_and_asks_nobody(page: Told, width: int) -> None:
     moves = {"design.R3_mm": 30.8, "mass.planet_kg": 1.5}
     with opened(page.file, width) as (browser_page, messages):
@@ -120,6 +120,7 @@ def test_it_follows_a_hand_in_both_models_and_asks_nobody(page: Told, width: int
     assert messages == []
 
 
+@pytest.mark.long
 def test_picture_moves_with_numbers(page: Told) -> None:
     """Traces and gears change with the design; the frame stays."""
     with opened(page.file) as (browser_page, messages):
@@ -141,6 +142,7 @@ def test_picture_moves_with_numbers(page: Told) -> None:
     assert messages == []
 
 
+@pytest.mark.long
 def test_saved_file_is_a_machine_of_same_numbers(page: Told, tmp_path: Path) -> None:
     """A descent, then the file: `simulate` finds the objective of the page, and it is better than
     the first.
@@ -156,7 +158,7 @@ def test_saved_file_is_a_machine_of_same_numbers(page: Told, tmp_path: Path) -> 
         with browser_page.expect_download() as handed:
             browser_page.click("#save")
         handed.value.save_as(saved)
-    expected = answer("simulate", str(saved))
+    expected = answer(f"simulate {saved}")
     assert expected["objective"] == pytest.approx(objective, rel=1e-9)
     assert objective < 0.99 * first
     assert load(str(saved)).numbers()["operation.speed_rpm"] == 35.0

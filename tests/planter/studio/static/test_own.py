@@ -105,6 +105,6 @@ def test_page_has_no_local_paths_and_no_search(tmp_path: Path) -> None:
 
 def test_undriven_mechanism_is_refused(tmp_path: Path) -> None:
     file = own.generated("manipulator") / "manipulator.toml"
-    code, out, err = run("studio", str(file), "--static", str(tmp_path / "page.html"))
+    code, out, err = run(f"studio {file} --static", str(tmp_path / "page.html"))
     assert (code, out, err.count("\n")) == (2, "", 1)
     assert "no angle drives manipulator" in err
