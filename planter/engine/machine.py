@@ -148,7 +148,8 @@ class Machine:
     sum of measures that the file minimises under `limits`, over true extremes or samples as
     `sampling` says; `genetic` are its settings of the genetic algorithm. `angle` is the name of the
     drive's angle. `requirements` makes the constraints on its own design that the file states
-    besides limits, if it has any. `stages` are further functions along the angle: `places` of
+    besides limits, if it has any; `extension` what its kind adds to the results of commands
+    (`planter.mechanism.extension`). `stages` are further functions along the angle: `places` of
     points of bodies, `followers` and `meshes` of cams and gears.
     """
 
@@ -183,6 +184,7 @@ class Machine:
     sampling: Sampling = "refined"
     genetic: GeneticAlgorithm | None = None
     requirements: Callable[[], Constraints] | None = None
+    extension: Callable[[Machine], Any] | None = None
     angle: str = "phi"
     documentation: Documentation = Documentation("", "")
 

@@ -131,9 +131,14 @@ class Periodicity:
     turns: int | None
     obstacle: str = ""
 
-    def list_warnings(self, angle_deg: float) -> list[MechanismWarning]:
-        """Return one warning if the cycle, which ends at an angle, does not end as it began."""
-        if not self.changes:
+    def list_warnings(
+        self, phi_deg: float, expected: Collection[str] = ()
+    ) -> list[MechanismWarning]:
+        """Return one warning if the cycle, which ends at an angle, does not end as it began.
+
+        Quantities whose keys are `expected` to change need none.
+        """
+        if not self.changes.keys() - set(expected):
             return []
         after = (
             f"repeats after {self.turns} turns"
@@ -147,7 +152,7 @@ class Periodicity:
             "what does not repeat are not given, and its extremes are those of this "
             f"turn alone{'' if self.obstacle else f'; it {after}'}"
         )
-        return [MechanismWarning(name="does_not_repeat", angle_deg=angle_deg, message=message)]
+        return [MechanismWarning(name="does_not_repeat", phi_deg=phi_deg, message=message)]
 
     def _describe_changes(self) -> str:
         """Return the first quantities that do not repeat, with their changes."""

@@ -30,6 +30,7 @@ from planter.mechanism import drawing
 from planter.mechanism.cycle import MechanismCycle, compute_cycle
 from planter.mechanism.drawing import PlotAxis
 from planter.mechanism.ensemble import QUANTILES, MechanismEnsemble
+from planter.mechanism.extension import find_extension
 from planter.mechanism.file import MechanismFile
 from planter.mechanism.model import Model
 from planter.mechanism.motion import MechanismMotion
@@ -54,6 +55,7 @@ from planter.report.labels import (
     format_label,
     format_name,
     list_values,
+    tabulate_angles,
     tabulate_named,
 )
 from planter.report.presentation import (
@@ -100,24 +102,28 @@ MOTION_CAPTION = (
 
 
 def present_cycle(cycle: MechanismCycle) -> ResultPresentation:
-    """Return the presentation of a cycle: quantities, works, laws, limits."""
-    result = cycle.result
+    """Return the presentation of a cycle: quantities, works, laws, limits, and what its kind of
+    machine adds.
+    """
+    result, extension = cycle.result, find_extension(cycle.machine)
     title = f"Cycle of {result.machine} in {result.samples} samples"
     sections = [
+        *extension.list_sections(result),
         *_list_cycle_sections(cycle),
         *list_measurement_sections(result.measurement),
         *list_limit_sections(result.holds or ()),
     ]
-    return _present(
-        _describe_machine(cycle.machine),
-        title,
-        result,
-        sections,
-        conclusion=_conclude_cycle(result),
-        key_figures=list(_list_cycle_figures(result)),
-        captions={FIGURE: CAPTION},
-        **_draw_cycle(title, lambda: cycle, cycle.measured),
-    )
+    drawn = _draw_cycle(title, lambda: cycle, cycle.measured)
+    own = extension.list_parts(result)
+    figures = [*own.get("key_figures", ()), *_list_cycle_figures(result)]
+    parts = {
+        "conclusion": _conclude_cycle(result),
+        **own,
+        "key_figures": figures[:MOST_KEY_FIGURES],
+        "captions": {FIGURE: CAPTION, **own.get("captions", {})},
+        **drawn,
+    }
+    return _present(_describe_machine(cycle.machine), title, result, sections, **parts)
 
 
 def present_optimum(optimum: MechanismOptimum) -> ResultPresentation:
@@ -416,10 +422,16 @@ def _tabulate_ensemble(ensemble: MechanismEnsemble) -> Mapping[str, Mapping[str,
     }
 
 
-def present_validation(result: MachineValidation, source: str) -> ResultPresentation:
+def present_validation(
+    result: MachineValidation, source: str, machine: Machine | None = None
+) -> ResultPresentation:
     """Return the presentation of a valid file: its limits and warnings."""
     design = f"; design values {', '.join(result.design)}" if result.design else ""
-    sections = [*list_limit_sections(result.holds or ()), *list_own_sections(result.own_numbers)]
+    sections = [
+        *(() if machine is None else find_extension(machine).list_sections(result)),
+        *list_limit_sections(result.holds or ()),
+        *list_own_sections(result.own_numbers),
+    ]
     return ResultPresentation(
         f"{source}: valid{design}", result, [*sections, *list_warning_sections(result.warnings)]
     )
@@ -551,6 +563,7 @@ def _draw_cycle(
 
     def animate() -> Iterator[MotionBlock]:
         cycle = find_cycle()
+        yield from find_extension(cycle.machine).animate()
         if cycle.places:
             axis = PlotAxis.from_cycle(cycle)
             scene = drawing.build_scene(
@@ -559,7 +572,10 @@ def _draw_cycle(
             yield MotionBlock(scene, MOTION_CAPTION)
 
     return _draw_quantities(
-        lambda: (PlotAxis.from_cycle(find_cycle()), find_cycle().columns), animate, measured
+        lambda: (PlotAxis.from_cycle(find_cycle()), find_cycle().columns),
+        animate,
+        measured,
+        lambda: find_extension(find_cycle().machine).draw_figures(),
     )
 
 
@@ -567,14 +583,16 @@ def _draw_quantities(
     find_curves: Callable[[], tuple[PlotAxis, Mapping[str, Array]]],
     animate: Callable[[], Iterable[MotionBlock]],
     measured: SensorSignal | None = None,
+    draw_first: Callable[[], Mapping[str, Figure]] = dict,
 ) -> dict[str, Any]:
     """Return figures, table and moving scene of quantities (n,) by key over an axis, and of what a
-    sensor sees.
+    sensor sees; `draw_first` makes figures that come before these.
     """
 
     def draw() -> dict[str, Figure]:
         axis, columns = find_curves()
         return {
+            **draw_first(),
             **draw_signals(measured, axis.label, axis.end),
             **dict(drawing.draw_curves(columns, axis)),
         }
@@ -610,20 +628,11 @@ def _list_cycle_sections(cycle: MechanismCycle) -> Iterator[Section]:
     if result.work:
         yield Section("Work of a cycle", [list_values(result.work)])
     if result.designer is not None:
-        yield Section(
-            "Designer's summary", [*tables.summary_tables(result.designer), Text(ONE_SIDED, "note")]
-        )
+        blocks = find_extension(cycle.machine).list_summary_blocks(result.designer)
+        yield Section("Designer's summary", [*blocks, Text(ONE_SIDED, "note")])
     if result.at:
-        angles = [f"at {values.angle_deg:.6g} deg" for values in result.at]
-        cells: list[tuple[str | float, ...]] = [
-            (
-                format_name(key),
-                *(values.quantities[key] for values in result.at),
-                units.display_unit(key),
-            )
-            for key in result.quantities
-        ]
-        yield Section("At single angles", [Table(("quantity", *angles, "unit"), cells)])
+        angle = f"{cycle.machine.angle}_deg"
+        yield Section("At single angles", [tabulate_angles(result.at, angle)])
     if result.laws:
         laws = [(law.law, float(f"{law.violation:.2g}"), law.unit) for law in result.laws]
         yield Section("Laws", [Table(("law", "largest violation", "unit"), laws)])

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from planter.kernels import generated
-from planter.planting import cycle
 from planter.planting.design_results import BORNE
 from planter.planting.functions import MODELS
+from planter.planting.model import list_keys, name_second_side
 from planter.planting.tooth_friction import describe_friction_columns
 
 FITTED = {
@@ -38,10 +38,10 @@ def columns() -> dict[str, tuple[str, str]]:
     for model in MODELS:
         vectors = generated.sidecar(f"planting_{model}")["vectors"]
         for vector in ("side", "totals"):
-            for key, entry in zip(cycle.list_keys(vectors[vector]), vectors[vector], strict=True):
+            for key, entry in zip(list_keys(vectors[vector]), vectors[vector], strict=True):
                 meanings[key] = (entry["meaning"], entry["source"])
                 if vector == "side":
-                    meanings[cycle.name_second_side(key)] = (
+                    meanings[name_second_side(key)] = (
                         f"{entry['meaning']}; side 2, half a turn behind",
                         entry["source"],
                     )

@@ -21,7 +21,6 @@ from planter.planting.commands.options import (
     load_device_file,
     load_other,
     parse_tooth_counts,
-    text_option,
 )
 from planter.report.writing import figure_files, find_proof, interruptible_result, writes_files
 from planter.terminal.console import Console
@@ -43,6 +42,7 @@ from planter.terminal.options import (
     parse_changes,
     read_ranges,
     refuse_unused,
+    text_option,
 )
 
 if TYPE_CHECKING:

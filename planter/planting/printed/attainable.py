@@ -14,7 +14,6 @@ from planter.audit import numbers
 from planter.audit.registry import front
 from planter.files import units
 from planter.kernels import Array
-from planter.planting import cycle
 from planter.planting.attainable_force import load_front, load_paper_points
 from planter.planting.file import load
 from planter.planting.lifted import LiftedModel
@@ -129,10 +128,13 @@ class SpeedDependence:
         """Return the dependence from a cycle at constant speed, and from one with an
         acceleration.
         """
-        phi, speed = cycle.sample_angles(count), model.device.machine.si("operation.speed_rpm")
+        phi, speed = (
+            model.device.engine.list_angles(count),
+            model.device.machine.si("operation.speed_rpm"),
+        )
         steady = model.turn(phi).totals["F_support"]
         accelerated = model.turn(phi, {"speed_rate": 1.0}).totals["F_support"]
-        weight = cycle.compute_weight(model.device)
+        weight = model.device.weight
         return cls(phi, weight, (steady - weight) / speed**2, accelerated - steady)
 
     def rippling_force(self, low: float, high: float, per_turn: float) -> Array:
@@ -190,9 +192,9 @@ def compute_impacts(model: LiftedModel, backlash_mm: float) -> list[dict[str, An
     grows linearly; it meets the teeth again at the speed (9 rate gap^2 / (2 J))^(1/3). The support
     takes the jump of the body's momentum, at most its static moment times the speed.
     """
-    phi, device = cycle.sample_angles(MIN_SAMPLES), model.device
+    phi, device = model.device.engine.list_angles(MIN_SAMPLES), model.device
     turn, driven = model.turn(phi), _compute_driven_inertia(device)
-    distances = cycle.find_centre_distances(device, device.prologue(device.design))
+    distances = device.centre_distances(device.design)
     impacts = []
     for tag, distance in zip("PQ", distances, strict=True):
         (inertia, static), radius = driven[tag], float(distance) / 2

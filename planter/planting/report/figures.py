@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planter.planting.report.forces import JOINTS, draw_joint_forces, draw_support_force
+from planter.planting.report.forces import draw_support_force
 from planter.report import style
 from planter.report.style import render_svg, save_figure
 
@@ -295,50 +295,6 @@ def _name_pose(axes: Axes, tip: Array, middle: Array, angle: int) -> None:
     )
 
 
-@style.with_style
-def draw_rotation(turn: Columns, ratios: tuple[Array, Array]) -> Figure:
-    """Rotations relative to the carrier, the ratios of both stages, and the absolute rate of the
-    planet.
-
-    `turn` holds `phi_deg`, `phi52_deg`, `phi72_deg` and `omega_rad_s` over a turn; `ratios` are
-    those of `gearing.ratios` at the same angles.
-    """
-    figure = style.new_figure(6.6)
-    top, middle, bottom = figure.subplots(3, 1, sharex=True, height_ratios=[1.15, 1, 1])
-    phi = turn["phi_deg"]
-    axes_ends = (
-        (top, (("φ₅₂, middle body", turn["phi52_deg"]), ("φ₇₂, planet", turn["phi72_deg"]))),
-        (middle, (("dφ₅₂/dφ", ratios[0]), ("\N{MINUS SIGN}dφ₇₂/dφ₅₂", ratios[1]))),
-        (bottom, (("planet", turn["omega_rad_s"]),)),
-    )
-    for sign in (1, -1):
-        top.plot(
-            [0, 360],
-            [0, sign * 360],
-            color=style.SOFT,
-            linewidth=0.6,
-            linestyle=(0, (4, 3)),
-            zorder=1,
-        )
-    top.set_yticks(range(-360, 361, 180))
-    top.set_ylabel("rotation / deg")
-    top.set_title("relative to the carrier (dashed: uniform)")
-    middle.axhline(1, color=style.SOFT, linewidth=0.6, linestyle=(0, (4, 3)), zorder=1)
-    middle.set_ylabel("ratio of a stage / 1")
-    bottom.axhline(0, color=style.SOFT, linewidth=0.6, linestyle=(0, (4, 3)), zorder=1)
-    bottom.set_ylabel("absolute rate / (rad/s)")
-    for axes, curves in axes_ends:
-        axes.margins(y=0.12)
-        for index, (label, values) in enumerate(curves):
-            axes.plot(phi, values, color=style.PALETTE[index], label=label)
-        ends = [
-            (float(values[-1]), label, style.PALETTE[i]) for i, (label, values) in enumerate(curves)
-        ]
-        style.label_ends(axes, ends, gap=0.1)
-        style.over_a_turn(axes, label=axes is bottom)
-    return figure
-
-
 CENTRE_LINE = (0, (8, 2, 1, 2))
 BEFORE = (0, (4, 2))
 
@@ -431,10 +387,8 @@ def _loneliest(points: Array, other_points: Array, labelled_points: list[Array])
 __all__ = [
     "DRAWN",
     "draw_convergence",
-    "draw_joint_forces",
     "draw_pareto",
     "draw_pitch_curves",
-    "draw_rotation",
     "draw_support_force",
     "draw_tip_path",
     "render_svg",
@@ -445,8 +399,6 @@ _TIP = ("tip_x_mm", "tip_y_mm", "tip_machine_x_mm", "theta1_deg")
 _PLACES = ("x_A1_mm", "y_A1_mm", "x_B1_mm", "y_B1_mm")
 DRAWN = {
     "support_force": ("phi_deg", "support_N"),
-    "joint_forces": ("phi_deg", *(f"{joint}{axis}_N" for joint in JOINTS for axis in "xy")),
     "tip_path": ("phi_deg", *_TIP, *_PLACES),
-    "rotation": ("phi_deg", "phi52_deg", "phi72_deg", "omega_rad_s"),
 }
 """Columns of a turn that each figure draws."""

@@ -57,9 +57,9 @@ from planter.bench.results import (
     WayTimes,
     choose_settings,
 )
+from planter.engine.goal import Goal
 from planter.errors import ComputationError
 from planter.kernels import Kernel, backends, toolchain
-from planter.planting.simulation import compute_objective_gradient
 from planter.terminal.console import Console
 from tests.support.cli import below
 from tests.support.schemas import load_schema
@@ -151,12 +151,18 @@ def _built(builder: tasks.Builder, case: BenchmarkCase, work: str) -> Contender:
         pytest.skip(str(reason))
 
 
+def evaluate_objective(case: BenchmarkCase) -> tuple[float, np.ndarray]:
+    device = case.device
+    goal = Goal(device.engine, device.engine.objective, (), case.turns.samples)
+    return goal.evaluate(device.design), goal.slope(device.design)
+
+
 @pytest.mark.parametrize(
     "builder",
     [build_virtual_machine, build_numpy_contender, build_sympy_contender, build_kernel_contender],
 )
 def test_ways_agree_with_simulate_on_objective(case: BenchmarkCase, builder: tasks.Builder) -> None:
-    expected, _ = compute_objective_gradient(case.device, case.turns.samples)
+    expected, _ = evaluate_objective(case)
     assert _built(builder, case, "cycle").call(case.device.design) == pytest.approx(
         expected, rel=1e-10
     )
@@ -172,7 +178,7 @@ def test_ways_agree_with_simulate_on_objective(case: BenchmarkCase, builder: tas
     ],
 )
 def test_ways_agree_with_simulate_on_gradient(case: BenchmarkCase, builder: tasks.Builder) -> None:
-    expected, gradient = compute_objective_gradient(case.device, case.turns.samples)
+    expected, gradient = evaluate_objective(case)
     way = _built(builder, case, "cycle+gradient")
     again, actual = way.call(case.device.design)
     assert again == pytest.approx(expected, rel=1e-10)

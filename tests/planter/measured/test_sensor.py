@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from planter import Simulation, simulate
 from planter.engine.machine import Machine
 from planter.errors import InputError
 from planter.files.document import Document, format_lines
@@ -28,7 +29,6 @@ from planter.mechanism.machines import build_machine
 from planter.numerics.arrays import TURN
 from planter.planting.file import PlantingMachine
 from planter.planting.model import Device
-from planter.planting.simulation import Simulation, simulate
 from planter.report.files import read_cycle_csv
 from planter.studio.static_model import StaticPageModel
 from planter.studio.static_page import file_template

@@ -8,15 +8,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from planter import simulate
+from planter.engine.goal import Goal
 from planter.exports import c99
-from planter.exports.quantities import build_name, to_identifier
+from planter.exports.quantities import build_name, list_quantities, to_identifier
 from planter.files import examples, units
-from planter.planting.cycle import evaluate_cycle, list_device_quantities
 from planter.planting.file import load
 from planter.planting.functions import MODELS, Model
-from planter.planting.machines import build_machine
-from planter.planting.model import Device
-from planter.planting.simulation import compute_objective_gradient, simulate
+from planter.planting.model import Device, build_machine
 from tests.support import swapped
 from tests.support.cli import answer, refusal
 from tests.support.lanes import STRICT, path_of
@@ -49,12 +48,11 @@ def numbers(program: Path) -> dict[str, float]:
 def furthest(device: Device, lines: list[str]) -> float:
     """How far a printed turn is from the device's, of each quantity's largest number."""
     rows = np.array([[float(cell) for cell in line.split(",")] for line in lines[1:]])
-    turn = evaluate_cycle(device, device.prologue(device.design), rows[:, 0])
-    quantities = list_device_quantities(device.sidecar)
-    assert lines[0].split(",") == ["phi", *(q.name for q in quantities)]
-    columns = turn.columns()
-    assert list(columns) == ["phi_deg", *(q.key for q in quantities)]
-    expected = np.array([columns[q.key] * units.unit_factor(q.key) for q in quantities])
+    columns = device.columns(device.design, rows[:, 0])
+    del columns["phi_deg"]
+    names = [quantity.name for quantity in list_quantities(device.engine)]
+    assert lines[0].split(",") == ["phi", *names]
+    expected = np.array([column * units.unit_factor(key) for key, column in columns.items()])
     return float(
         (np.abs(rows[:, 1:].T - expected).max(axis=1) / np.abs(expected).max(axis=1)).max()
     )
@@ -87,9 +85,7 @@ def test_program_equals_simulate(
     expected = answer("simulate", name, *options)
     assert values["objective"] == pytest.approx(expected["objective"], rel=1e-12)
     device = Device(load(name, {"alpha3_deg": alpha3_deg}), model)
-    sampled = expected["support_force"] | {
-        "mean_N": simulate(device).cycle.columns()["support_N"].mean()
-    }
+    sampled = expected["support_force"] | {"mean_N": simulate(device).columns["support_N"].mean()}
     for key in OBJECTIVE:
         assert values[key] == pytest.approx(sampled[key], rel=1e-11)
     samples = str(device.machine.objective.samples)
@@ -122,7 +118,8 @@ def test_another_machine_an_odd_number_of_samples(tmp_path: Path) -> None:
         "my_2nd_machine.c",
         "my_2nd_machine_main.c",
     ]
-    value, gradient = compute_objective_gradient(device, 37)
+    goal = Goal(device.engine, device.engine.objective, (), 37)
+    value, gradient = goal.evaluate(device.design), goal.slope(device.design)
     values = numbers(built(files, "gcc", "-O1"))
     assert values["objective"] == pytest.approx(value, rel=1e-12)
     slopes = np.array([values[f"gradient.{name}"] for name in device.names])
@@ -163,7 +160,7 @@ def test_units_meanings_and_equations_stand_in_the_header(model: Model) -> None:
     assert "x[9] m61: m61 [1] deformation coefficient of gear 6 (wang2017 3.4)" in header
     for entry in device.sidecar["vectors"]["machine"]:
         assert f"{entry['name']} [{entry['unit']}] {entry['meaning']}" in header
-    for number, q in enumerate(list_device_quantities(device.sidecar)):
+    for number, q in enumerate(list_quantities(device.engine)):
         assert f"q[{number}] {q.name} [{q.unit}] {q.meaning}" in header
     for equation in device.sidecar["equations"]:
         assert equation in header

@@ -17,7 +17,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from matplotlib.lines import AxLine, Line2D
-from matplotlib.patches import Circle, Polygon
+from matplotlib.patches import Polygon
 from matplotlib.text import Text
 from matplotlib.transforms import Bbox
 
@@ -66,7 +66,6 @@ def turn(travel: float = 0.0) -> dict[str, np.ndarray]:
     }
 
 
-RATIOS = (1 + 0.3 * np.cos(np.radians(PHI)), 1 - 0.1 * np.cos(np.radians(PHI)))
 STEADY = 98 + np.sin(np.radians(2 * PHI))
 LIVELY = 77 + 45 * np.sin(np.radians(2 * PHI))
 CYCLES = {"exact": (PHI, STEADY), "printed": (PHI, LIVELY)}
@@ -76,7 +75,6 @@ JOINTS = {
     "cam, start of the rise": [131.0],
     "cam, end of the rise": [181.0],
 }
-REFERENCE = {"theory": (158.94, 36.77), "experiment": (171.96, 24.93)}
 HISTORY = {
     "ga": [(40, 1.9), (80, 1.6), (8000, 1.31)],
     "ipopt, start 1": [(1, 2.4), (2, 1.8), (20, 1.302)],
@@ -101,13 +99,11 @@ def mesh() -> Gearing:
 
 
 FIGURES: dict[str, Callable[[], Figure]] = {
-    "support force": lambda: figures.draw_support_force(CYCLES, 97.86, JOINTS, BEFORE, REFERENCE),
+    "support force": lambda: figures.draw_support_force(CYCLES, 97.86, JOINTS, BEFORE),
     "support force, plain": lambda: figures.draw_support_force({"exact": CYCLES["exact"]}, 97.86),
     "tip path": lambda: figures.draw_tip_path(turn()),
     "tip path, travelling": lambda: figures.draw_tip_path(turn(-160.0)),
     "pitch curves": lambda: figures.draw_pitch_curves(mesh()),
-    "rotation": lambda: figures.draw_rotation(turn(), RATIOS),
-    "joint forces": lambda: figures.draw_joint_forces({"exact": turn(), "printed": turn()}),
     "tip path, soil and before": lambda: figures.draw_tip_path(turn(-160.0), turn(), -300.0),
     "pitch curves, before": lambda: figures.draw_pitch_curves(mesh(), mesh()),
     "convergence": lambda: figures.draw_convergence(HISTORY),
@@ -186,7 +182,6 @@ def test_every_axis_has_a_unit(name: str) -> None:
             "support force",
             "tip path, soil and before",
             "pitch curves, before",
-            "joint forces",
             "pareto",
         ],
         FIGURES,
@@ -319,31 +314,6 @@ def test_joints_are_marked_part_by_part() -> None:
     assert marked == [131.0, 154.5, 181.0, 334.5]
 
 
-def test_reference_is_drawn_only_if_handed_in() -> None:
-    bars = figures.draw_support_force(CYCLES, 97.86, reference=REFERENCE).axes[-1]
-    assert data(bars, "theory")[0].tolist() == [36.77, 158.94]
-    assert data(bars, "experiment")[0].tolist() == [24.93, 171.96]
-    assert data(bars, "printed")[0].tolist() == [LIVELY.min(), LIVELY.max()]
-    labels = [t.get_text() for t in figures.draw_support_force(CYCLES, 97.86).findobj(Text)]
-    assert not any("theory" in text for text in labels)
-
-
-def test_joint_forces_are_closed_curves_about_zero() -> None:
-    columns = turn()
-    panels = figures.draw_joint_forces({"exact": columns, "printed": columns}).axes
-    for axes, name in zip(panels, ("F_A1", "F_B1", "F_O", "F_O1"), strict=True):
-        for model in ("exact", "printed"):
-            x, y = data(axes, f"{model} model")
-            assert np.array_equal(x, np.append(columns[f"{name}x_N"], columns[f"{name}x_N"][0]))
-            assert np.array_equal(y, np.append(columns[f"{name}y_N"], columns[f"{name}y_N"][0]))
-        assert axes.get_aspect() == 1
-        circles = axes.findobj(Circle)
-        assert len(circles) > 2
-        assert {circle.center for circle in circles} == {(0, 0)}
-        radii = {f"{circle.radius:g}" for circle in circles}
-        assert len(radii & {text.get_text() for text in axes.texts}) >= 2
-
-
 # --- motion
 # ----------------------------------------------------------------------------------------
 
@@ -392,33 +362,6 @@ def test_soil_and_the_path_before_are_drawn_where_there_are_any() -> None:
     assert set(data(axes, "soil")[1]) == {-300.0}
     (plain,) = figures.draw_tip_path(turn()).axes
     assert not {"soil", "tip, before"} & {line.get_label() for line in plain.get_lines()}
-
-
-def test_names_stand_at_the_ends_of_their_curves() -> None:
-    figure = figures.draw_rotation(turn(), RATIOS)
-    style.fix_layout(figure)
-    for axes in figure.axes:
-        ends = {
-            line.get_label(): float(np.asarray(line.get_ydata())[-1]) for line in axes.get_lines()
-        }
-        for text in axes.texts:
-            position = axes.transAxes.inverted().transform(
-                axes.transData.transform((1, ends[text.get_text()]))
-            )[1]
-            assert text.get_position()[1] == pytest.approx(position, abs=0.11)
-            assert 0 <= text.get_position()[1] <= 1
-
-
-def test_rotation_panels_share_the_angle() -> None:
-    columns = turn()
-    top, middle, bottom = figures.draw_rotation(columns, RATIOS).axes
-    assert np.array_equal(data(top, "φ₅₂, middle body"), [PHI, columns["phi52_deg"]])
-    assert np.array_equal(data(top, "φ₇₂, planet"), [PHI, columns["phi72_deg"]])
-    assert np.array_equal(data(middle, "dφ₅₂/dφ"), [PHI, RATIOS[0]])
-    assert np.array_equal(data(middle, "\N{MINUS SIGN}dφ₇₂/dφ₅₂"), [PHI, RATIOS[1]])
-    assert np.array_equal(data(bottom, "planet"), [PHI, columns["omega_rad_s"]])
-    assert top.get_shared_x_axes().joined(top, bottom)
-    assert bottom.get_xlim() == (0, 360)
 
 
 def test_pitch_curves_are_drawn_where_they_are() -> None:

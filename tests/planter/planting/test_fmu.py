@@ -20,11 +20,9 @@ from planter.files.fields import read_range
 from planter.interchange import co_simulation
 from planter.kernels import Array
 from planter.kernels.compiler import CompilerError
-from planter.planting.cycle import evaluate_cycle, list_device_quantities
 from planter.planting.file import PlantingMachine, load
 from planter.planting.functions import MODELS, Model
-from planter.planting.machines import build_machine
-from planter.planting.model import SPEED, Device
+from planter.planting.model import SPEED, Device, build_machine
 from tests.support import swapped
 from tests.support.cli import answer, refusal
 from tests.support.lanes import STRICT, needs_compiler, path_of
@@ -125,10 +123,9 @@ def names(owner: Device) -> list[str]:
 
 def expected(owner: Device, phi: Array) -> Array:
     """The same numbers as `simulate` has them, in SI, (quantities, n)."""
-    columns = evaluate_cycle(owner, owner.prologue(owner.design), phi).columns()
-    return np.array(
-        [columns[q.key] * units.unit_factor(q.key) for q in list_device_quantities(owner.sidecar)]
-    )
+    columns = owner.columns(owner.design, phi)
+    del columns["phi_deg"]
+    return np.array([column * units.unit_factor(key) for key, column in columns.items()])
 
 
 def difference(first: Array, other: Array) -> float:
@@ -188,11 +185,9 @@ def test_design_and_machine_can_be_tuned_between_steps(
         slave.set(machine__m1=2.5, speed=44 * np.pi / 30, design__R3=0.031, design__m61=0.97)
         phi, *values = slave.get("phi", *names(owner))
         assert phi == pytest.approx(0.1 * own_speed(), rel=1e-14)
-        columns = evaluate_cycle(owner, owner.prologue(x), np.array([phi])).columns()
-        expected = [
-            columns[q.key][0] * units.unit_factor(q.key)
-            for q in list_device_quantities(owner.sidecar)
-        ]
+        columns = owner.columns(x, np.array([phi]))
+        del columns["phi_deg"]
+        expected = [column[0] * units.unit_factor(key) for key, column in columns.items()]
         np.testing.assert_allclose(values, expected, rtol=1e-10, atol=1e-12)
         assert values[names(owner).index("F_support")] != pytest.approx(before[0], rel=1e-3)
 
@@ -279,7 +274,7 @@ def test_description_equals_sidecar(written: dict[str, Path]) -> None:
     description = fmpy.read_model_description(str(written["exact"]))
     assert "speed is prescribed" in description.description
     variables = {v.name: v for v in description.modelVariables}
-    for q, name in zip(list_device_quantities(owner.sidecar), names(owner), strict=True):
+    for q, name in zip(list_quantities(build_machine(owner)), names(owner), strict=True):
         assert (variables[name].unit, variables[name].description, variables[name].causality) == (
             q.unit,
             q.meaning,

@@ -23,17 +23,17 @@ from planter.measured.noise import (
 )
 from planter.measured.presentation import MACHINE_FILE, present_fit
 from planter.measured.reading import Columns, read
-from planter.planting import cycle
-from planter.planting.calibration import SUPPORT, calibrate_to_data
+from planter.mechanism.calibration import MeasuredSource, calibrate_to_data
 from planter.planting.file import PlantingMachine, load
 from planter.planting.functions import Model
-from planter.planting.machines import build_machine
-from planter.planting.model import Device
+from planter.planting.model import Device, build_machine
 from planter.report.presentation import ModelAssumptions
 from planter.terminal.console import Console
 from tests.support import machines
 from tests.support.cli import refusal
 from tests.support.schemas import load_schema
+
+SUPPORT = "support_N"
 
 pytestmark = pytest.mark.usefixtures("kernel_cache")
 TRUE = {"mass.planet_kg": 1.29, "centroid.planet_xy_mm[0]": 22.0}
@@ -88,9 +88,8 @@ def calibrations(tmp_path_factory: pytest.TempPathFactory) -> dict[Model, Calibr
         faster = base.with_numbers({**TRUE, "operation.speed_rpm": 50.0})
         data = written(folder / f"{model}.csv", model, phase=2.0, missing=40)
         check = written(folder / f"{model}-faster.csv", model, faster, phase=2.0, seed=8)
-        results[model] = calibrate_to_data(
-            base, model, data, COLUMNS, BOUNDS, check=ValidationMeasurement(check, 50.0)
-        )
+        source = MeasuredSource(Device(base), data, COLUMNS, model=model)
+        results[model] = calibrate_to_data(source, BOUNDS, ValidationMeasurement(check, 50.0))
     return results
 
 
@@ -308,12 +307,9 @@ def test_too_few_points_are_rejected(tmp_path: Path) -> None:
 
 def test_motor_torque_is_fitted(tmp_path: Path) -> None:
     device = machines.device("wang2017")
-    turn = cycle.evaluate_cycle(
-        device, device.prologue(device.design), np.radians(np.arange(0, 360, 3.0))
-    )
+    turn = device.columns(device.design, np.radians(np.arange(0, 360, 3.0)))
     rows = "\n".join(
-        f"{a},{m!r}"
-        for a, m in zip(np.arange(0, 360, 3.0), turn.totals["M_L_Nm"].tolist(), strict=True)
+        f"{a},{m!r}" for a, m in zip(np.arange(0, 360, 3.0), turn["M_L_Nm"].tolist(), strict=True)
     )
     path = tmp_path / "torque.csv"
     path.write_text(f"angle [deg],torque [N m]\n{rows}\n", encoding="utf-8")

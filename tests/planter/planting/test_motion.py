@@ -8,11 +8,10 @@ import pytest
 
 from planter.exports.quantities import build_motion
 from planter.interchange.motion_tables import FORMATS
-from planter.planting.cycle import evaluate_cycle, sample_angles
+from planter.optimise.sampled_cycle import sample_angles
 from planter.planting.file import load
 from planter.planting.functions import MODELS, Model
-from planter.planting.machines import build_machine
-from planter.planting.model import Device
+from planter.planting.model import Device, build_machine
 from planter.report.files import read_cycle_csv
 from tests.support.cli import answer, refusal
 from tests.support.schemas import load_schema
@@ -25,9 +24,7 @@ def test_a_turn_has_the_bits_of_simulate(model: Model, tmp_path: Path) -> None:
     result = answer("export", "motion", "compact", "--model", model, "--out", str(tmp_path))
     jsonschema.validate(result, load_schema("export motion"))
     _, columns = read_cycle_csv(tmp_path / "motion.csv")
-    expected = evaluate_cycle(
-        device, device.prologue(device.design), sample_angles(samples)
-    ).columns()
+    expected = device.columns(device.design, sample_angles(samples, 2 * np.pi))
     assert list(columns) == ["time_s", *expected]
     np.testing.assert_allclose(columns["phi_deg"][:-1], expected.pop("phi_deg"), rtol=1e-15)
     for key, values in expected.items():

@@ -8,9 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from planter import simulate
 from planter.engine.response import MachineResponse
 from planter.errors import InputError
-from planter.planting import cycle, file, simulation
+from planter.optimise.sampled_cycle import sample_angles
+from planter.planting import file
 from planter.planting.file import PlantingMachine
 from planter.planting.model import Device
 from planter.planting.swept import ADAPTER
@@ -64,8 +66,8 @@ def by_simulation(
     """
     numbers = dict(zip(INPUTS, map(float, point), strict=True)) | {"objective.samples": MANY}
     changed = machine.with_numbers(numbers)
-    simulated = simulation.simulate(Device(changed, "printed" if model == "printed" else "exact"))
-    columns = simulated.cycle.columns()
+    simulated = simulate(Device(changed, "printed" if model == "printed" else "exact"))
+    columns = simulated.columns
     values = {"objective": simulated.result.objective}
     for name in set(outputs) - {"objective"}:
         stem, kind, unit = name.rsplit("_", 2)
@@ -115,7 +117,7 @@ def test_the_mean_force_is_the_weight_whatever_is_varied(machine: PlantingMachin
     }
     subject = ADAPTER.subject(ADAPTER.frozen(machine), {}, inputs, ["support_mean_N"])
     points = np.array([[1.0, 0.3, 10.0], [1.4, 0.5, 80.0], [1.1, 0.4, 33.0]])
-    weight = cycle.compute_weight(Device(machine))
+    weight = Device(machine).weight
     gravity, mass = machine.operation.gravity_m_s2, machine.mass
     weights = weight + gravity * (2 * (points[:, 0] - mass.planet_kg) + points[:, 1] - mass.sun_kg)
     np.testing.assert_allclose(subject.evaluated(points, 1)[:, 0], weights, rtol=1e-10)
@@ -136,10 +138,10 @@ def test_deviation_changes_only_centre_distance(name: str, kernel_cache: None) -
     response = MachineResponse(machine, ["phi52", "phi72", "F_B1x"])
     mounted = machine.data.copy()
     mounted[-2:] = [0.2e-3, -0.1e-3]
-    places = cycle.find_distance_indices(Device(file.load(name)))
+    places = Device(file.load(name)).distance_places
     points = [response.at_data(data) for data in (machine.data, mounted)]
     np.testing.assert_allclose(points[1].h[places] - points[0].h[places], mounted[-2:], rtol=1e-9)
-    before, after = (response.values(point, cycle.sample_angles(24)) for point in points)
+    before, after = (response.values(point, sample_angles(24, 2 * np.pi)) for point in points)
     np.testing.assert_allclose(after[:2], before[:2], atol=1e-12)
     assert np.ptp(after[2] - before[2]) > 1e-6
 
@@ -148,7 +150,7 @@ def test_path_over_ground_equals_simulate() -> None:
     """A machine that travels does not come back: the turn is the one from 0 to 360 deg."""
     machine = file.load("compact", {"objective.samples": MANY})
     changed = machine.with_numbers({"operation.speed_rpm": 36.0})
-    path = simulation.simulate(Device(changed)).cycle.columns()["tip_x_mm"]
+    path = simulate(Device(changed)).columns["tip_x_mm"]
     subject = ADAPTER.subject(
         ADAPTER.frozen(machine), {}, {"operation.speed_rpm": (35, 45)}, ["tip_x_range_mm"]
     )

@@ -9,11 +9,11 @@ import jsonschema
 import numpy as np
 import pytest
 
+from planter import simulate
 from planter.engine.outputs import SampledOutputs
 from planter.errors import InputError
 from planter.kernels import Array
 from planter.parallel.task import Means
-from planter.planting import simulation
 from planter.planting.file import PlantingMachine
 from planter.planting.model import Device
 from planter.planting.objective import CycleObjective
@@ -157,7 +157,7 @@ def test_robust_machines_agree_with_simulation(
         paths = [machine.values[index].path for index in machine.moved]
         changes = {path: float(value) for path, value in zip(paths, values, strict=True)}
         differences.append(
-            simulation.simulate(Device(resolved.machine.with_numbers(changes))).result.objective
+            simulate(Device(resolved.machine.with_numbers(changes))).result.objective
         )
     at = few.at(few.design)
     np.testing.assert_allclose(

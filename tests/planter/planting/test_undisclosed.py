@@ -8,8 +8,9 @@ from itertools import product
 import numpy as np
 import pytest
 
+from planter.optimise.sampled_cycle import sample_angles
 from planter.planting import attainable_force as front
-from planter.planting import cycle, file
+from planter.planting import file
 from planter.planting.attainable_force import (
     VarianceSearch,
     find_largest_range,
@@ -101,9 +102,9 @@ def test_force_equals_rebuilt_machine_with_slopes(law: str, model: str) -> None:
         planting_device.machine.with_numbers({row["name"]: row["value"] for row in rows}),
         planting_device.model,
     )
-    turn = cycle.evaluate_cycle(moved, moved.prologue(moved.design), cycle.sample_angles(SAMPLES))
-    assert curve.force == pytest.approx(turn.support[: len(curve.force)], rel=1e-9)
-    assert np.sort(curve.push) == pytest.approx(np.sort(turn.sides[0]["F_E_N"]), rel=1e-8)
+    turn = moved.columns(moved.design, sample_angles(SAMPLES, 2 * np.pi))
+    assert curve.force == pytest.approx(turn["support_N"][: len(curve.force)], rel=1e-9)
+    assert np.sort(curve.push) == pytest.approx(np.sort(turn["F_E_N"]), rel=1e-8)
     step = 1e-6
     for k, unit in enumerate(np.eye(len(z))):
         ahead, behind = force(z + step * unit), force(z - step * unit)
@@ -122,7 +123,7 @@ def test_machine_values_give_machine_force() -> None:
     force = CalibrationForce(planting_device, CalibrationInputs.wide(planting_device))
     assert force(force.file_point()).force == pytest.approx(
         planting_device.support(
-            planting_device.prologue(planting_device.design), cycle.sample_angles(SAMPLES)
+            planting_device.prologue(planting_device.design), sample_angles(SAMPLES, 2 * np.pi)
         )[:30]
     )
 
@@ -173,13 +174,11 @@ def test_front_points_equal_their_inputs(contact: int, place: int) -> None:
     point = points["points"][place]
     machine = with_flank(file.load(PAPER), point["flank"]).with_numbers(point["inputs"])
     subject = Device(machine, "exact")
-    turn = cycle.evaluate_cycle(
-        subject, subject.prologue(subject.design), cycle.sample_angles(machine.objective.samples)
-    )
-    assert np.ptp(turn.support) == pytest.approx(point["range_N"], rel=1e-8)
-    assert turn.support.var() == pytest.approx(point["variance_N2"], rel=1e-8)
+    turn = subject.columns(subject.design, sample_angles(machine.objective.samples, 2 * np.pi))
+    assert np.ptp(turn["support_N"]) == pytest.approx(point["range_N"], rel=1e-8)
+    assert turn["support_N"].var() == pytest.approx(point["variance_N2"], rel=1e-8)
     if points["contact"] == "cam pushing":
-        assert turn.sides[0]["F_E_N"].min() >= 0
+        assert turn["F_E_N"].min() >= 0
     json.dumps(point, allow_nan=False)
 
 
@@ -188,7 +187,7 @@ def test_rippling_speed_equals_machine_at_speed() -> None:
     speeds = experiment.SpeedDependence.from_model(experiment.LiftedModel(device), 720)
     for rpm in (35.0, 45.0):
         other = Device(device.machine.with_numbers({"speed_rpm": rpm}), "exact")
-        force = other.support(other.prologue(other.design), cycle.sample_angles(720))
+        force = other.support(other.prologue(other.design), sample_angles(720, 2 * np.pi))
         assert speeds.weight + (rpm * np.pi / 30) ** 2 * speeds.a == pytest.approx(force, rel=1e-12)
     period = np.fft.fftfreq(720, 1 / 720)
     slope = np.real(np.fft.ifft(1j * period * np.fft.fft(speeds.b)))

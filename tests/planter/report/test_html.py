@@ -10,15 +10,16 @@ from typing import Any
 import numpy as np
 import pytest
 
+from planter import simulate
 from planter.kernels import generated
+from planter.mechanism.presentation import present_cycle
+from planter.mechanism.results import MechanismWarning
 from planter.optimise.certificate import ActiveBound
-from planter.planting.design_presentation import present_optimum, present_simulation
+from planter.planting.design_presentation import present_optimum
 from planter.planting.file import load
 from planter.planting.model import Device
 from planter.planting.optimisation import Optimisation, optimise
 from planter.planting.report import figures
-from planter.planting.results import PlantingWarning
-from planter.planting.simulation import simulate
 from planter.report import html, style
 
 EVIL = "<script>alert('x')</script> & \"more\""
@@ -172,13 +173,13 @@ def test_optimum_shows_certificate_and_provenance(optimisation: Optimisation, pa
 
 def test_simulation_shows_warnings_forces_and_assumptions() -> None:
     simulation = simulate(Device(load("wang2017")), 24, [100.0])
-    warning = PlantingWarning(
+    warning = MechanismWarning(
         name="tooth_contact_P", phi_deg=33.25, message="the teeth would <have> to pull"
     )
     warned = replace(simulation, result=replace(simulation.result, warnings=[warning]))
-    text = words(replace(present_simulation(warned), motions=tuple).page({}))
+    text = words(replace(present_cycle(warned), motions=tuple).page({}))
     parts = (
-        "At 33.25\N{DEGREE SIGN}: the teeth would <have> to pull (tooth_contact_P)",
+        "the teeth would <have> to pull (tooth_contact_P)",
         "weight 97.8547",
         "F_E / N 56.6762",
         "omega dot / rad/s2 0.269574",
@@ -186,14 +187,14 @@ def test_simulation_shows_warnings_forces_and_assumptions() -> None:
     )
     for part in parts:
         assert part in text
-    clean = words(replace(present_simulation(simulation), motions=tuple).page({}))
+    clean = words(replace(present_cycle(simulation), motions=tuple).page({}))
     assert "Certificate" not in clean
     assert "Warnings" not in clean
 
 
 def test_page_of_second_machine_has_inputs() -> None:
     simulation = simulate(Device(load("compact")), 24)
-    page = replace(present_simulation(simulation), motions=tuple).page({})
+    page = replace(present_cycle(simulation), motions=tuple).page({})
     assert re.search(
         "forward speed of the machine \N{MINUS SIGN}0.5 m/s .* forward_speed_m_s", words(page)
     )

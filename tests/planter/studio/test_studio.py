@@ -16,11 +16,11 @@ import pytest
 from playwright.sync_api import expect
 from websockets.exceptions import InvalidStatus
 
+from planter import simulate
 from planter.errors import InputError
 from planter.files.examples import example
 from planter.planting.file import load
 from planter.planting.model import Device
-from planter.planting.simulation import simulate
 from planter.studio.session import LARGEST, Session
 from tests.planter.studio.serving import answer, line, message_with, page_of, studio, until
 from tests.support import own
