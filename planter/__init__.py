@@ -36,9 +36,9 @@ if TYPE_CHECKING:
     from planter.mapping.train import build_training as train
     from planter.measured.posterior import Posterior, load_posterior
     from planter.measured.reading import Columns
-    from planter.mechanism.cycle import MechanismCycle as Simulation
     from planter.mechanism.cycle import simulate_machine as simulate
     from planter.mechanism.cycle import validate_machine as validate
+    from planter.mechanism.model import MechanismCycle as Simulation
     from planter.mechanism.optimisation import compute_objective_sensitivity as sensitivity
     from planter.mechanism.optimisation import optimise_machine as optimise_machine
     from planter.pickup.analysis import analyse_pickup as pick_up
@@ -117,10 +117,10 @@ _HOMES = {
     "measured.posterior": ("Posterior", "load_posterior"),
     "measured.reading": ("Columns",),
     "mechanism.cycle": (
-        "Simulation:MechanismCycle",
         "simulate:simulate_machine",
         "validate:validate_machine",
     ),
+    "mechanism.model": ("Simulation:MechanismCycle",),
     "mechanism.optimisation": ("optimise_machine", "sensitivity:compute_objective_sensitivity"),
     "pickup.analysis": ("pick_up:analyse_pickup",),
     "planting.family_comparison": ("compare_families",),

@@ -148,9 +148,9 @@ class Machine:
     sum of measures that the file minimises under `limits`, over true extremes or samples as
     `sampling` says; `genetic` are its settings of the genetic algorithm. `angle` is the name of the
     drive's angle. `requirements` makes the constraints on its own design that the file states
-    besides limits, if it has any; `extension` what its kind adds to the results of commands
-    (`planter.mechanism.extension`). `stages` are further functions along the angle: `places` of
-    points of bodies, `followers` and `meshes` of cams and gears.
+    besides limits, if it has any; `subject` is the object that states the machine, if its package
+    adds to the results of commands (`planter.mechanism.extension`). `stages` are further functions
+    along the angle: `places` of points of bodies, `followers` and `meshes` of cams and gears.
     """
 
     document: Document
@@ -184,7 +184,7 @@ class Machine:
     sampling: Sampling = "refined"
     genetic: GeneticAlgorithm | None = None
     requirements: Callable[[], Constraints] | None = None
-    extension: Callable[[Machine], Any] | None = None
+    subject: object = None
     angle: str = "phi"
     documentation: Documentation = Documentation("", "")
 

@@ -56,7 +56,7 @@ class MeasuredSource:
 
     @cached_property
     def quantities(self) -> tuple[str, ...]:
-        """What was measured, by name."""
+        """The names of what was measured."""
         default = find_extension(self.machine).measured
         return list_measured(self.machine.document, self.quantity, default)
 

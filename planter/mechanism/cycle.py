@@ -6,9 +6,9 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy
@@ -23,7 +23,7 @@ from planter.measured.sensor_view import find_sensor_view
 from planter.mechanism.dynamics import Dynamics, describe_contradictions
 from planter.mechanism.extension import HasMachine, MachineExtension, find_extension, to_machine
 from planter.mechanism.file import MechanismFile
-from planter.mechanism.model import Model, Periodicity, compare_cycles
+from planter.mechanism.model import MechanismCycle, Model, Periodicity, compare_cycles
 from planter.mechanism.optimisation import evaluate_limits
 from planter.mechanism.results import (
     MachineValidation,
@@ -36,63 +36,12 @@ from planter.numerics import extrema
 from planter.numerics.arrays import Flags, to_degrees
 from planter.numerics.extrema import ExtremePoint
 from planter.progress import name_step
-from planter.records.record import build_frame
 
 if TYPE_CHECKING:
-    from pandas import DataFrame
+    pass
 
 ANGLE_TOLERANCE = 1e-10
 """Accuracy of the angle at which a contact force changes its sign [rad]."""
-
-
-@dataclass(frozen=True)
-class MechanismCycle:
-    """A cycle: samples of all results in display units (n,) by key, and its result.
-
-    `ends` are the results at the end of the cycle by key; `places` (n,) [m] the coordinates of the
-    bodies' points; a cycle takes `seconds`. `measured` is what the sensor sees, if the file has
-    [measurement].
-    """
-
-    machine: Machine
-    angles_deg: Array
-    columns: dict[str, Array]
-    ends: dict[str, float]
-    places: dict[str, Array]
-    seconds: float
-    result: MechanismCycleResult
-    measured: SensorSignal | None = None
-
-    @property
-    def repeats(self) -> bool:
-        """Whether it ends in the state in which it began."""
-        return not self.result.not_repeating
-
-    def table(self) -> dict[str, Array]:
-        """Return the angle, all results, and what the sensor sees, as columns (n,) [in the units of
-        the keys].
-        """
-        angle = {f"{self.machine.angle}_deg": self.angles_deg}
-        return angle | self.columns | ({} if self.measured is None else self.measured.column)
-
-    def to_frame(self) -> DataFrame:
-        """Return the columns as a table of pandas.
-
-        Raises InputError where pandas is missing (`planter[notebook]` brings it).
-        """
-        return build_frame(self.table())
-
-    def show(self) -> Any:
-        """Return a notebook widget that animates the machine.
-
-        Raises InputError if anywidget is missing.
-        """
-        from planter.view.animation import show_object
-
-        return show_object(self)
-
-    def _repr_html_(self) -> str:
-        return self.result._repr_html_()
 
 
 @name_step("computing the cycle")

@@ -1,9 +1,10 @@
-"""What a kind of machine adds to the general results of its cycle: `Machine.extension` makes it."""
+"""What a kind of machine adds to the general results of its cycle: `additions` of the package states it."""
 
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from functools import partial
+from importlib import import_module
 from typing import TYPE_CHECKING, Any, Protocol
 
 from planter.engine import tables
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from planter.measured.calibration import MachineBuilder
-    from planter.mechanism.cycle import MechanismCycle
+    from planter.mechanism.model import MechanismCycle
     from planter.mechanism.results import (
         MachineValidation,
         MechanismCycleResult,
@@ -29,7 +30,7 @@ if TYPE_CHECKING:
 
 
 class HasMachine(Protocol):
-    """What states a machine of the engine."""
+    """An object that states a machine of the engine."""
 
     @property
     def engine(self) -> Machine:
@@ -127,7 +128,12 @@ class MachineExtension:
 
 
 def find_extension(machine: Machine) -> MachineExtension:
-    """Return the additions of a machine's kind."""
-    make = machine.extension or MachineExtension
-    extension: MachineExtension = make(machine)
+    """Return the additions of a machine's kind: those of `additions.build_extension` of the package
+    whose object states the machine.
+    """
+    if machine.subject is None:
+        return MachineExtension(machine)
+    package = type(machine.subject).__module__.rpartition(".")[0]
+    additions = import_module(f"{package}.additions")
+    extension: MachineExtension = additions.build_extension(machine.subject, machine)
     return extension

@@ -27,12 +27,12 @@ from planter.measured.sensor_presentation import (
     list_measurement_sections,
 )
 from planter.mechanism import drawing
-from planter.mechanism.cycle import MechanismCycle, compute_cycle
+from planter.mechanism.cycle import compute_cycle
 from planter.mechanism.drawing import PlotAxis
 from planter.mechanism.ensemble import QUANTILES, MechanismEnsemble
 from planter.mechanism.extension import find_extension
 from planter.mechanism.file import MechanismFile
-from planter.mechanism.model import Model
+from planter.mechanism.model import MechanismCycle, Model
 from planter.mechanism.motion import MechanismMotion
 from planter.mechanism.optimisation import MechanismOptimum, UnfinishedOptimum
 from planter.mechanism.results import (
@@ -113,15 +113,14 @@ def present_cycle(cycle: MechanismCycle) -> ResultPresentation:
         *list_measurement_sections(result.measurement),
         *list_limit_sections(result.holds or ()),
     ]
-    drawn = _draw_cycle(title, lambda: cycle, cycle.measured)
-    own = extension.list_parts(result)
-    figures = [*own.get("key_figures", ()), *_list_cycle_figures(result)]
+    added = extension.list_parts(result)
+    key_figures = [*added.get("key_figures", ()), *_list_cycle_figures(result)]
     parts = {
         "conclusion": _conclude_cycle(result),
-        **own,
-        "key_figures": figures[:MOST_KEY_FIGURES],
-        "captions": {FIGURE: CAPTION, **own.get("captions", {})},
-        **drawn,
+        **added,
+        "key_figures": key_figures[:MOST_KEY_FIGURES],
+        "captions": {FIGURE: CAPTION, **added.get("captions", {})},
+        **_draw_cycle(title, lambda: cycle, cycle.measured),
     }
     return _present(_describe_machine(cycle.machine), title, result, sections, **parts)
 

@@ -23,8 +23,8 @@ from planter.view.subject import (
 )
 
 if TYPE_CHECKING:
-    from planter.mechanism.cycle import MechanismCycle
     from planter.mechanism.file import MechanismFile
+    from planter.mechanism.model import MechanismCycle
     from planter.view.scene import Scene
     from planter.view.subject import Portable
 

@@ -28,7 +28,6 @@ from planter.kernels import Array, Kernel, formulas
 from planter.measured.carried import add_carried_forces, list_carried_forces
 from planter.measured.sensor_curve import SensorSignal, measure_cycle
 from planter.measured.sensor_view import build_sensor_view
-from planter.mechanism.extension import MachineExtension
 from planter.planting import functions
 from planter.planting.file import PlantingMachine
 from planter.planting.functions import Functions, Model
@@ -181,7 +180,7 @@ class Device:
             upper=device.upper,
             samples=machine.objective.samples,
             sampling=machine.objective.samples,
-            extension=partial(_extend, device),
+            subject=device,
         )
         device.force = self.force.with_machine(device.engine)
         for index, pair in enumerate(self.stages):
@@ -433,23 +432,12 @@ def build_machine(device: Device) -> Machine:
         sampling=device.machine.objective.samples,
         limits=device.machine.measure_limits,
         genetic=device.machine.genetic_algorithm,
-        extension=partial(_extend, device),
+        subject=device,
         documentation=_documentation(device),
     )
     return add_carried_forces(
         machine, device.machine.measurement, device.sidecar.get("supports", {})
     )
-
-
-def _extend(device: Device, machine: Machine) -> MachineExtension:
-    """Return the additions of a device to the results of its machine, or of a changed one."""
-    from planter.planting.extension import DeviceExtension
-
-    stated = machine.document
-    if stated is not device.machine:
-        assert isinstance(stated, PlantingMachine)
-        device = Device(stated, device.model)
-    return DeviceExtension(device, machine)
 
 
 def list_keys(entries: Sequence[Mapping[str, str]]) -> list[str]:

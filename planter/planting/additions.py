@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 from planter.engine.machine import Machine
 from planter.engine.summary import CycleSummary, PiecewiseCycle
 from planter.errors import InputError
-from planter.mechanism.cycle import MechanismCycle
 from planter.mechanism.extension import MachineExtension
+from planter.mechanism.model import MechanismCycle
 from planter.mechanism.results import (
     MachineValidation,
     MechanismCycleResult,
@@ -23,6 +23,7 @@ from planter.planting import design_presentation as shown
 from planter.planting import plausible
 from planter.planting.design_results import DesignersSummary
 from planter.planting.design_summary import DesignTurn, summarise_turn
+from planter.planting.file import PlantingMachine
 from planter.planting.functions import MODELS, Model
 from planter.planting.model import Device
 from planter.planting.objective import evaluate_true_extremes, read_weights
@@ -44,6 +45,15 @@ if TYPE_CHECKING:
     from planter.progress import Listener
     from planter.report.presentation import ResultPresentation
     from planter.view.animation import MotionBlock
+
+
+def build_extension(device: Device, machine: Machine) -> MachineExtension:
+    """Return the additions of a device to the results of its machine, or of a changed one."""
+    stated = machine.document
+    if stated is not device.machine:
+        assert isinstance(stated, PlantingMachine)
+        device = Device(stated, device.model)
+    return DeviceExtension(device, machine)
 
 
 class DeviceExtension(MachineExtension):
