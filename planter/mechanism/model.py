@@ -168,7 +168,7 @@ class MechanismCycle:
         """
         from planter.view.animation import show_object
 
-        return show_object(self)
+        return show_object(self if self.machine.subject is None else self.machine.subject)
 
     def _repr_html_(self) -> str:
         return self.result._repr_html_()

@@ -181,6 +181,17 @@ class MechanismView:
         return self._latest[1]
 
 
+def build_scene(thing: object) -> Scene | None:
+    """Return the motion of a cycle, None of anything else."""
+    from planter.mechanism.drawing import PlotAxis, build_scene
+    from planter.mechanism.model import MechanismCycle
+
+    if not isinstance(thing, MechanismCycle):
+        return None
+    axis, machine = PlotAxis.from_cycle(thing), thing.machine
+    return build_scene(machine.name, axis, thing.seconds, thing.columns, thing.places, machine)
+
+
 def open_view(source: str, changes: Values) -> MechanismView:
     """Return the mechanism in a file."""
     from planter.mechanism.file import load

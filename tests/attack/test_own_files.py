@@ -51,7 +51,7 @@ COMMANDS = {
     "synthesise sun2019 --out .": "summary.json",
     "tolerance wang2017 --out .": "tolerances.toml",
     "train sun2019-curve --out .": "pitch_curves.csv",
-    "turn wang2017 --out .": "cycle.csv",
+    "turn wang2017 --out .": "values.csv",
 }
 """Every command that writes, and a file of the user's that is in its way."""
 

@@ -19,10 +19,6 @@ from planter.explain import dictionary
 from planter.explain.mechanism import explain_mechanism, find_meanings
 from planter.files.spelling import find_spelled, list_spellings
 from planter.mechanism.machines import build_machine
-from planter.planting.design_results import describe_force
-from planter.planting.design_summary import summarise_design
-from planter.planting.file import load
-from planter.planting.model import Device
 from planter.report.labels import format_name
 from tests.support import own
 from tests.support.cli import answer, run
@@ -80,18 +76,6 @@ def test_every_name_of_a_result_is_accepted(device: Machine) -> None:
             assert machine.find_quantity(format_name(vector.name)).name == vector.name
         for peak in summarise(PiecewiseCycle(machine, build_rows(machine))).peaks:
             assert machine.find_quantity(format_name(peak.name)).name == peak.name
-
-
-def test_every_force_of_the_designers_table_is_accepted(device: Machine) -> None:
-    stated = Device(load("wang2017"))
-    forces = summarise_design(stated, stated.design).forces
-    for force in forces:
-        label = describe_force(force)
-        assert device.find_quantity(label).name == force.name
-        assert (
-            device.find_quantity(parse_limit(f"max {label} <= 1 kN").measure.name).name
-            == force.name
-        )
 
 
 def test_file_holds_limits_under_printed_names(tmp_path: Path) -> None:

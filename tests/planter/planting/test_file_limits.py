@@ -37,8 +37,8 @@ def test_simulate_and_validate_judge_the_limits(tmp_path: Path) -> None:
     simulated = answer("simulate", source)
     torque, bearing = simulated["holds"]
     assert torque["value"] == pytest.approx(simulated["designer"]["motor"]["max_Nm"], rel=1e-9)
-    forces = {force["name"]: force for force in simulated["designer"]["forces"]}
-    assert bearing["value"] == pytest.approx(forces["bearing_O1"]["min_N"], rel=1e-6)
+    forces = {force["name"]: force for force in simulated["designer"]["peaks"]}
+    assert bearing["value"] == pytest.approx(forces["bearing_O1"]["min"], rel=1e-6)
     assert ([row["met"] for row in simulated["holds"]], simulated["met"]) == ([False, True], False)
     assert answer("validate", source)["holds"] == simulated["holds"]
 

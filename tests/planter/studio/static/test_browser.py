@@ -136,7 +136,7 @@ def test_picture_moves_with_numbers(page: Told) -> None:
     ).result.at[0]
     assert (
         told_at
-        == f"carrier angle 90\N{DEGREE SIGN}, vertical support force {expected.support_N:.5g} N"
+        == f"carrier angle 90\N{DEGREE SIGN}, vertical support force {expected['support_N']:.5g} N"
     )
     assert messages == []
 
