@@ -35,7 +35,7 @@ from planter.planting.design_results import (
 from planter.planting.file import PlantingMachine
 from planter.planting.functions import MODELS
 from planter.planting.model import Device, list_quantities
-from planter.planting.objective import build_problem, find_curve_angles, read_weights
+from planter.planting.objective import find_curve_angles
 from planter.planting.report import figures
 from planter.planting.report.scene import build_scene
 from planter.planting.results import (
@@ -75,7 +75,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from planter.kernels import Array
-    from planter.optimise.objective import ObjectiveSummary
     from planter.planting.optimisation import Optimisation
     from planter.records import Record
 
@@ -87,10 +86,6 @@ CAPTIONS = {
     "pitch_curves": (
         "Pitch curves in mesh. P and Q are the pitch points, where the teeth are assumed to touch."
     ),
-    "convergence": "Best objective so far against evaluations: of the genetic algorithm (ga), of local searches from "
-    "points within the bounds (ipopt), of local searches from the best individuals of the genetic "
-    "algorithm (polish).",
-    "pareto": "Range against variance of the support force.",
     FIGURE: CAPTION,
 }
 MOTION_CAPTION = (
@@ -99,8 +94,6 @@ MOTION_CAPTION = (
     "file contains its length only; its halves, which the cam opens, are drawn separately, seen "
     "from the front."
 )
-CLOUD_SIZE = 300
-"""Number of random designs within the bounds in the figure of the Pareto front."""
 FORCE = "Vertical support force"
 TRUE = "true"
 FORCE_ROWS = {
@@ -138,9 +131,7 @@ def present_optimum(optimisation: Optimisation, device: Device) -> ResultPresent
         key_figures=list(_list_optimum_figures(result)),
         motions=lambda: [animate(device, x, device.design)],
         figures=lambda: (
-            draw_forces(device, x, device.design)
-            | _draw_search(device, optimisation)
-            | draw_motion(device, x, device.design)
+            draw_forces(device, x, device.design) | draw_motion(device, x, device.design)
         ),
         tables=lambda: {"cycle.csv": device.columns(x, device.engine.list_angles(samples))},
         comments=_list_comments(device, x, optimum.seed),
@@ -637,30 +628,3 @@ def draw_motion(device: Device, x: Array, start: Array | None = None) -> dict[st
             locate(x), None if start is None else locate(start)
         ),
     }
-
-
-def _draw_search(device: Device, optimisation: Optimisation) -> dict[str, Figure]:
-    plots = {"convergence": figures.draw_convergence(optimisation.optimum.history)}
-    return plots | _draw_front(device, optimisation) if optimisation.front else plots
-
-
-def _draw_front(device: Device, optimisation: Optimisation) -> dict[str, Figure]:
-    result, weights = optimisation.result, read_weights(device.machine)
-    marks = {
-        "machine file": (result.start_range_N, result.start_variance_N2),
-        "optimum": (result.range_N, result.variance_N2),
-    }
-    summaries = [
-        *(point.evaluation.look for point in optimisation.front),
-        *_sample_designs(device, optimisation),
-    ]
-    points = [(summary.range, summary.variance) for summary in summaries]
-    line = (weights.weight_range, weights.weight_variance) if weights.kind == "paper" else None
-    return {"pareto": figures.draw_pareto(np.array([*points, *marks.values()]), marks, line)}
-
-
-def _sample_designs(device: Device, optimisation: Optimisation) -> list[ObjectiveSummary]:
-    """Return the summaries of random designs within the bounds."""
-    problem = build_problem(device, optimisation.optimum.sampling)
-    random = np.random.default_rng(optimisation.optimum.seed)
-    return [problem.evaluate(u).look for u in random.random((CLOUD_SIZE, device.size))]

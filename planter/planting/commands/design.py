@@ -175,7 +175,7 @@ def optimise(
                 out,
                 [
                     "cycle.csv",
-                    *figure_files(*FIGURES, "convergence", *(["pareto"] if front else [])),
+                    *figure_files(*FIGURES),
                 ],
             )
         from planter.mechanism.presentation import CLOSEST_FILE

@@ -11,7 +11,6 @@ import pytest
 from planter import simulate
 from planter.errors import InputError
 from planter.kernels.formulas import load as formulas
-from planter.mechanism.presentation import present_cycle
 from planter.planting import design_results as shown
 from planter.planting import design_summary as summary
 from planter.planting import optimisation
@@ -19,7 +18,6 @@ from planter.planting.design_results import DesignersSummary
 from planter.planting.design_summary import DesignTurn
 from planter.planting.file import PlantingMachine, load
 from planter.planting.model import Device
-from planter.terminal.console import Console
 from tests.support import machines
 
 TEETH = {"module_mm": 1.5, "face_width_mm": 12.0, "youngs_modulus_GPa": 206.0, "poisson_ratio": 0.3}
@@ -237,23 +235,3 @@ def _optimum(changes: dict[str, object]) -> optimisation.OptimumFound:
         "insensitive": [],
     }
     return optimisation.OptimumFound.read({**record, **changes})
-
-
-def test_it_stands_in_the_result_and_on_the_page() -> None:
-    device = machines.device("wang2017")
-    simulated = simulate(device)
-    designer = simulated.result.table()["designer"]
-    assert designer["motor"] == pytest.approx(
-        dataclasses.asdict(summarise_machine("wang2017")[1])["motor"], rel=1e-12
-    )
-    page = present_cycle(simulated).page({})
-    assert "Peaks, true extremes over a cycle" in page
-    assert f"{designer['motor']['max_Nm']:.6g}" in page
-
-
-def test_the_tables_fit_80_columns_and_cut_no_name(capsys: pytest.CaptureFixture[str]) -> None:
-    device = machines.device("wang2017-wide")
-    present_cycle(simulate(device)).show(Console(as_json=False))
-    output = capsys.readouterr().out
-    assert max(map(len, output.splitlines())) <= 80
-    assert "\N{HORIZONTAL ELLIPSIS}" not in output

@@ -9,15 +9,13 @@ import numpy as np
 import pytest
 
 from planter import simulate
-from planter.engine.goal import Goal
 from planter.exports import c99
 from planter.exports.quantities import build_name, list_quantities, to_identifier
 from planter.files import examples, units
 from planter.planting.file import load
 from planter.planting.functions import MODELS, Model
 from planter.planting.model import Device, build_machine
-from tests.support import swapped
-from tests.support.cli import answer, refusal
+from tests.support.cli import answer
 from tests.support.lanes import STRICT, path_of
 
 OBJECTIVE = ("range_N", "variance_N2", "mean_N")
@@ -108,63 +106,12 @@ def written(device: Device, folder: Path) -> list[Path]:
     return [folder / file for file in texts]
 
 
-def test_another_machine_an_odd_number_of_samples(tmp_path: Path) -> None:
-    table = swapped.table()
-    table["objective"]["samples"], table["name"] = 37, "My 2nd */ machine"
-    device = Device(swapped.PlantingMachine.read(table, "swapped.toml"))
-    files = written(device, tmp_path)
-    assert [f.name for f in files] == [
-        "my_2nd_machine.h",
-        "my_2nd_machine.c",
-        "my_2nd_machine_main.c",
-    ]
-    goal = Goal(device.engine, device.engine.objective, (), 37)
-    value, gradient = goal.evaluate(device.design), goal.slope(device.design)
-    values = numbers(built(files, "gcc", "-O1"))
-    assert values["objective"] == pytest.approx(value, rel=1e-12)
-    slopes = np.array([values[f"gradient.{name}"] for name in device.names])
-    width = device.upper - device.lower
-    assert np.abs((slopes - gradient) * width).max() <= 1e-10 * np.abs(gradient * width).max()
-
-
-def test_another_design_is_another_number(tmp_path: Path) -> None:
-    """The program's number is computed: with a number of the machine changed in its text it is
-    another one.
-    """
-    files = written(Device(load("wang2017")), tmp_path)
-    before = numbers(built(files, "gcc", "-O0"))["objective"]
-    text = files[1].read_text()
-    head, mark, data = text.partition("const double wang2017_machine[WANG2017_MACHINE] = {")
-    first, comma, rest = data.partition(", ")
-    files[1].write_text(head + mark + repr(1.1 * float(first)) + comma + rest)
-    assert numbers(built(files, "gcc", "-O0"))["objective"] != pytest.approx(before, rel=1e-3)
-
-
 def test_exchanged_sides_are_detected(tmp_path: Path) -> None:
     device = Device(load("wang2017"))
     files = written(device, tmp_path)
     second = "q + WANG2017_SIDE * angles"
     files[1].write_text(files[1].read_text().replace(f"q, {second}", f"{second}, q"))
     assert furthest(device, run_program(built(files, "gcc", "-O0"), "turn")) > 1e-3
-
-
-@pytest.mark.parametrize("model", MODELS)
-def test_units_meanings_and_equations_stand_in_the_header(model: Model) -> None:
-    device = Device(load("wang2017"), model)
-    header = " ".join(
-        next(iter(c99.build_source_files(build_machine(device)).values()))
-        .replace("\n *", " ")
-        .split()
-    )
-    assert "x[4] R3_mm: R [m] radius of the eccentric circle (wang2017 3.4)" in header
-    assert "x[9] m61: m61 [1] deformation coefficient of gear 6 (wang2017 3.4)" in header
-    for entry in device.sidecar["vectors"]["machine"]:
-        assert f"{entry['name']} [{entry['unit']}] {entry['meaning']}" in header
-    for number, q in enumerate(list_quantities(device.engine)):
-        assert f"q[{number}] {q.name} [{q.unit}] {q.meaning}" in header
-    for equation in device.sidecar["equations"]:
-        assert equation in header
-    assert ("wang2017 (18)" in header) == (model == "printed")
 
 
 def test_names_are_identifiers() -> None:
@@ -175,10 +122,6 @@ def test_names_are_identifiers() -> None:
         "gr_e",
         "m_",
     ]
-
-
-def test_unwritable_folder_is_refused() -> None:
-    assert "/dev/null/x" in refusal("export", "c", "wang2017", "--out", "/dev/null/x")
 
 
 def test_built_in_machines_have_unique_names() -> None:

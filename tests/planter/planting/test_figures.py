@@ -16,14 +16,13 @@ import pytest
 from matplotlib.axes import Axes
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
-from matplotlib.lines import AxLine, Line2D
+from matplotlib.lines import Line2D
 from matplotlib.patches import Polygon
 from matplotlib.text import Text
 from matplotlib.transforms import Bbox
 
 from planter.errors import InputError
 from planter.planting.report import figures
-from planter.planting.report.figures import find_nondominated
 from planter.planting.toothed import Gearing, PlottedPitchCurve
 from planter.report import style
 from tests.support.sampled import sampled
@@ -75,13 +74,6 @@ JOINTS = {
     "cam, start of the rise": [131.0],
     "cam, end of the rise": [181.0],
 }
-HISTORY = {
-    "ga": [(40, 1.9), (80, 1.6), (8000, 1.31)],
-    "ipopt, start 1": [(1, 2.4), (2, 1.8), (20, 1.302)],
-    "ipopt, start 2": [(1, 2.9), (9, 1.303)],
-}
-POINTS = np.array([[3.0, 0.2], [2.0, 0.4], [2.0, 0.5], [2.5, 0.3], [3.0, 0.3], [2.5, 0.3]])
-MARKS = {"paper's design": (3.1, 0.27), "optimum": (2.5, 0.3)}
 
 
 def mesh() -> Gearing:
@@ -106,8 +98,6 @@ FIGURES: dict[str, Callable[[], Figure]] = {
     "pitch curves": lambda: figures.draw_pitch_curves(mesh()),
     "tip path, soil and before": lambda: figures.draw_tip_path(turn(-160.0), turn(), -300.0),
     "pitch curves, before": lambda: figures.draw_pitch_curves(mesh(), mesh()),
-    "convergence": lambda: figures.draw_convergence(HISTORY),
-    "pareto": lambda: figures.draw_pareto(POINTS, MARKS, (0.6, 0.4)),
 }
 
 
@@ -156,7 +146,7 @@ def test_no_text_is_cut_off(name: str) -> None:
 
 
 def test_cut_text_is_detected() -> None:
-    figure = FIGURES["pareto"]()
+    figure = FIGURES["pitch curves"]()
     figure.text(0.98, 0.5, "much too far to the right")
     assert outside(figure) == ["much too far to the right"]
 
@@ -182,7 +172,6 @@ def test_every_axis_has_a_unit(name: str) -> None:
             "support force",
             "tip path, soil and before",
             "pitch curves, before",
-            "pareto",
         ],
         FIGURES,
     ),
@@ -200,29 +189,24 @@ def test_earlier_figures_have_no_influence() -> None:
     assert figures.render_svg(figure) == first
 
 
-def test_other_data_give_other_bytes() -> None:
-    moved = figures.draw_pareto(POINTS + 1e-3, MARKS, (0.6, 0.4))
-    assert figures.render_svg(moved) != figures.render_svg(FIGURES["pareto"]())
-
-
 @pytest.fixture(scope="module")
-def convergence() -> str:
+def drawn_alone() -> str:
     """Drawn alone, under nobody's settings."""
-    return figures.render_svg(FIGURES["convergence"]())
+    return figures.render_svg(FIGURES["pitch curves"]())
 
 
-def test_settings_of_the_user_play_no_part_and_stay(convergence: str) -> None:
+def test_settings_of_the_user_play_no_part_and_stay(drawn_alone: str) -> None:
     with matplotlib.rc_context({"font.size": 20, "lines.linewidth": 9, "svg.hashsalt": "mine"}):
-        assert figures.render_svg(FIGURES["convergence"]()) == convergence
+        assert figures.render_svg(FIGURES["pitch curves"]()) == drawn_alone
         assert matplotlib.rcParams["font.size"] == 20
         assert matplotlib.rcParams["svg.hashsalt"] == "mine"
 
 
-def test_threads_do_not_disturb_each_other(convergence: str) -> None:
+def test_threads_do_not_disturb_each_other(drawn_alone: str) -> None:
     together: list[str] = []
     threads = [
         threading.Thread(
-            target=lambda: together.append(figures.render_svg(FIGURES["convergence"]()))
+            target=lambda: together.append(figures.render_svg(FIGURES["pitch curves"]()))
         )
         for _ in "12"
     ]
@@ -230,14 +214,16 @@ def test_threads_do_not_disturb_each_other(convergence: str) -> None:
         thread.start()
     for thread in threads:
         thread.join()
-    assert together == [convergence] * 2
+    assert together == [drawn_alone] * 2
 
 
 def test_matplotlib_is_imported_by_the_first_figure() -> None:
     script = (
         "import sys; from planter.report import files, html;"
         "from planter.planting.report import figures; import planter.planting.design_presentation;"
-        "before = 'matplotlib' in sys.modules; figures.draw_convergence({'ga': [(1, 2.0)]});"
+        "before = 'matplotlib' in sys.modules; "
+        "import numpy as np; x = np.arange(2.0);"
+        "figures.draw_support_force({'exact': (x, x)}, 1.0);"
         "print(before, 'matplotlib' in sys.modules, 'matplotlib.pyplot' in sys.modules)"
     )
     done = subprocess.run(
@@ -247,22 +233,22 @@ def test_matplotlib_is_imported_by_the_first_figure() -> None:
 
 
 def test_both_files_are_saved(tmp_path: Path) -> None:
-    figure = FIGURES["convergence"]()
-    assert figures.save_figure(figure, tmp_path, "convergence") == figures.render_svg(figure)
-    assert (tmp_path / "convergence.svg").read_text(encoding="utf-8") == figures.render_svg(figure)
-    assert (tmp_path / "convergence.png").read_bytes().startswith(b"\x89PNG")
+    figure = FIGURES["pitch curves"]()
+    assert figures.save_figure(figure, tmp_path, "pitch") == figures.render_svg(figure)
+    assert (tmp_path / "pitch.svg").read_text(encoding="utf-8") == figures.render_svg(figure)
+    assert (tmp_path / "pitch.png").read_bytes().startswith(b"\x89PNG")
     assert {path.name for path in tmp_path.iterdir()} == {
-        "convergence.svg",
-        "convergence.pdf",
-        "convergence.png",
+        "pitch.svg",
+        "pitch.pdf",
+        "pitch.png",
         ".planter.json",
     }
-    assert (tmp_path / "convergence.pdf").read_bytes() == figures.style.render_pdf(figure)
+    assert (tmp_path / "pitch.pdf").read_bytes() == figures.style.render_pdf(figure)
 
 
 def test_missing_folder_is_named(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="nowhere"):
-        figures.save_figure(FIGURES["convergence"](), tmp_path / "nowhere", "convergence")
+        figures.save_figure(FIGURES["pitch curves"](), tmp_path / "nowhere", "pitch")
 
 
 # --- forces
@@ -383,76 +369,3 @@ def test_pitch_curves_are_drawn_where_they_are() -> None:
 
 # --- search
 # ----------------------------------------------------------------------------------------
-
-
-def test_convergence_draws_every_search_and_names_every_method() -> None:
-    (axes,) = figures.draw_convergence(HISTORY, "N").axes
-    for label, steps in HISTORY.items():
-        assert np.array_equal(data(axes, label), np.array(steps).T)
-    assert to_hex(line(axes, "ipopt, start 1").get_color()) == to_hex(
-        line(axes, "ipopt, start 2").get_color()
-    )
-    assert {t.get_text() for t in axes.texts} == {"ga\n1.31", "ipopt\n2 starts\n1.302"}
-    polished = figures.draw_convergence({**HISTORY, "polish": [(3, 1.4), (9, 1.301)]}).axes[0]
-    assert "polish\nfrom the best of ga\n1.301" in {t.get_text() for t in polished.texts}
-    assert axes.get_ylabel() == "best objective / N"
-
-
-def test_a_search_without_history_is_left_out() -> None:
-    (axes,) = figures.draw_convergence({"ga": [], "ipopt": [(1, 2.0), (2, 1.0)]}).axes
-    assert [line.get_label() for line in axes.get_lines() if "_" not in str(line.get_label())] == [
-        "ipopt"
-    ]
-    (axes,) = figures.draw_convergence({}).axes
-    assert axes.get_lines() == []
-
-
-def test_convergence_is_logarithmic_where_useful() -> None:
-    near_points, far = [(1, 2.0), (10, 1.9)], [(1, 2000.0), (900, 1.9)]
-    (axes,) = figures.draw_convergence({"ga": near_points}).axes
-    assert (axes.get_xscale(), axes.get_yscale()) == ("linear", "linear")
-    (axes,) = figures.draw_convergence({"ga": far}).axes
-    assert (axes.get_xscale(), axes.get_yscale()) == ("log", "log")
-
-
-def test_front_is_nondominated() -> None:
-    rng = np.random.default_rng(3)
-    points = rng.integers(0, 12, (60, 2)).astype(float)
-    front = find_nondominated(points)
-    better = [[all(q <= p) and any(q < p) for q in points] for p in points]
-    assert front.tolist() == [not any(row) for row in better]
-    assert 0 < front.sum() < len(points)
-
-
-def test_a_narrow_front_is_drawn_again_enlarged() -> None:
-    cloud = np.random.default_rng(1).uniform([2.1, 0.31], [3.0, 0.6], (50, 2))
-    front = np.array([[2.0, 0.3001], [2.001, 0.3]])
-    whole_axes, near_axes = figures.draw_pareto(
-        np.vstack([cloud, front]), {"far": (2.9, 0.5), "near": (2.001, 0.3)}
-    ).axes
-    for axes in (whole_axes, near_axes):
-        assert np.array_equal(data(axes, "front").T, front)
-    assert [line.get_label() for line in near_axes.get_lines()] == ["front", "near"]
-    assert to_hex(line(near_axes, "near").get_color()) == to_hex(
-        line(whole_axes, "near").get_color()
-    )
-    assert np.ptp(near_axes.get_xlim()) < 0.1 * np.ptp(whole_axes.get_xlim())
-
-
-def test_a_front_alone_is_enlarged_if_a_mark_is_far() -> None:
-    front = np.array([[2.0, 0.3001], [2.001, 0.3]])
-    assert len(figures.draw_pareto(front, {"far": (2.9, 0.5)}).axes) == 2
-    (axes,) = figures.draw_pareto(front, {"near": (2.0, 0.3001)}).axes
-    assert [line.get_label() for line in axes.get_lines()] == ["front", "near"]
-
-
-def test_pareto_shows_front_marks_and_the_level_of_the_best_mark() -> None:
-    (axes,) = figures.draw_pareto(POINTS, MARKS, (0.6, 0.4)).axes
-    assert data(axes, "front").T.tolist() == [[2.0, 0.4], [2.5, 0.3], [3.0, 0.2]]
-    assert sorted(data(axes, "designs").T.tolist()) == [[2.0, 0.5], [3.0, 0.3]]
-    for label, mark in MARKS.items():
-        assert data(axes, label)[:, 0].tolist() == list(mark)
-    (level,) = [line for line in axes.get_lines() if isinstance(line, AxLine)]
-    assert level.get_xy1() == MARKS["optimum"]
-    assert level.get_slope() == pytest.approx(-1.5)
-    assert str(level.get_label()).endswith("= 1.62")

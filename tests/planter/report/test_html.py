@@ -27,9 +27,9 @@ EVIL = "<script>alert('x')</script> & \"more\""
 
 @pytest.fixture(scope="module")
 def drawings() -> dict[str, str]:
-    history = figures.draw_convergence({"ga": [(1, 2.0), (9, 1.0)]})
-    front = figures.draw_pareto(np.array([[1.0, 2.0], [2.0, 1.0]]), {"optimum": (1.0, 2.0)})
-    return {"convergence": figures.render_svg(history), "pareto": figures.render_svg(front)}
+    curves = {"exact": (np.array([0.0, 360.0]), np.array([1.0, 2.0]))}
+    drawn = figures.render_svg(figures.draw_support_force(curves, 1.0))
+    return {"first": drawn, "second": drawn}
 
 
 @pytest.fixture(scope="module")
@@ -89,7 +89,7 @@ def test_ids_are_unique_and_references_resolve(
     optimisation: Optimisation, drawings: dict[str, str]
 ) -> None:
     page = render(
-        optimisation, optimisation.devices["exact"], {**drawings, "again": drawings["pareto"]}
+        optimisation, optimisation.devices["exact"], {**drawings, "again": drawings["second"]}
     )
     ids = [e.get("id") for e in tree(page).iter() if e.get("id")]
     assert len(ids) == len(set(ids)) > 100
@@ -108,7 +108,7 @@ def test_page_loads_and_runs_no_resources(page: str) -> None:
 def test_texts_are_escaped(optimisation: Optimisation, drawings: dict[str, str]) -> None:
     device = Device(load("wang2017").model_copy(update={"name": EVIL, "description": EVIL}))
     page = render(
-        optimisation, device, {EVIL: drawings["pareto"]}, machine=EVIL, model=EVIL, method=EVIL
+        optimisation, device, {EVIL: drawings["second"]}, machine=EVIL, model=EVIL, method=EVIL
     )
     assert "<script" not in page
     assert words(page).count(EVIL) >= 5
