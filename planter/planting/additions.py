@@ -145,9 +145,8 @@ class DeviceExtension(MachineExtension):
         return shown.describe_designer(summary)
 
     def draw_figures(self) -> Mapping[str, Figure]:
-        """Return the figures of the support force, the tip's path and the pitch curves."""
-        x = self.device.design
-        return shown.draw_forces(self.device, x) | shown.draw_motion(self.device, x)
+        """Return the figure of the support force in both models."""
+        return shown.draw_forces(self.device, self.device.design)
 
     def animate(self) -> Iterator[MotionBlock]:
         """Yield the device over a cycle."""

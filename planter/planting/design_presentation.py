@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -36,7 +35,7 @@ from planter.planting.file import PlantingMachine
 from planter.planting.functions import MODELS
 from planter.planting.model import Device, list_quantities
 from planter.planting.objective import find_curve_angles
-from planter.planting.report import figures
+from planter.planting.report.forces import draw_support_force
 from planter.planting.report.scene import build_scene
 from planter.planting.results import (
     Lifted,
@@ -44,7 +43,6 @@ from planter.planting.results import (
     PlantingCertificate,
     RequirementResult,
 )
-from planter.planting.toothed import locate_pitch_curves
 from planter.report import files
 from planter.report.folder import drop_file, write_file
 from planter.report.html import (
@@ -81,11 +79,6 @@ if TYPE_CHECKING:
 CAPTIONS = {
     "support_force": "Vertical force of the frame on sun and carrier over a cycle. Ticks below: angles at which a "
     "gear's pitch curve, the cam or the loaded tooth flank changes from one formula to the next.",
-    "tip_path": "Path of the nozzle's tip, side 1, with the nozzle at twelve carrier angles. Its outline is a sketch: "
-    "the machine file contains its length only. It opens out of the plane of the drawing.",
-    "pitch_curves": (
-        "Pitch curves in mesh. P and Q are the pitch points, where the teeth are assumed to touch."
-    ),
     FIGURE: CAPTION,
 }
 MOTION_CAPTION = (
@@ -130,9 +123,7 @@ def present_optimum(optimisation: Optimisation, device: Device) -> ResultPresent
         conclusion=f"{result.statement[0].upper()}{result.statement[1:]}.",
         key_figures=list(_list_optimum_figures(result)),
         motions=lambda: [animate(device, x, device.design)],
-        figures=lambda: (
-            draw_forces(device, x, device.design) | draw_motion(device, x, device.design)
-        ),
+        figures=lambda: draw_forces(device, x, device.design),
         tables=lambda: {"cycle.csv": device.columns(x, device.engine.list_angles(samples))},
         comments=_list_comments(device, x, optimum.seed),
         texts=lambda: {
@@ -578,10 +569,6 @@ def animate(device: Device, x: Array, start: Array | None = None) -> MotionBlock
     return MotionBlock(build_scene(device, x, start), f"{MOTION_CAPTION}{dashed}")
 
 
-def _compute_columns(device: Device, x: Array) -> dict[str, Array]:
-    return device.columns(x, find_curve_angles(device, x))
-
-
 def draw_forces(device: Device, x: Array, start: Array | None = None) -> dict[str, Figure]:
     """Draw the support force of a design x (p,) [SI] in both models, and that of a design before
     it.
@@ -594,7 +581,7 @@ def draw_forces(device: Device, x: Array, start: Array | None = None) -> dict[st
     if start is not None:
         before = {model: _compute_support(each, start) for model, each in models.items()}
     breakpoints = _find_breakpoints(models["exact"], x)
-    figure = figures.draw_support_force(curves, device.weight, breakpoints, before)
+    figure = draw_support_force(curves, device.weight, breakpoints, before)
     return {"support_force": figure}
 
 
@@ -612,19 +599,3 @@ def _find_breakpoints(device: Device, x: Array) -> dict[str, list[float]]:
     for breakpoint_ in list_breakpoints(device.force, device.prologue(x)):
         angles_deg[breakpoint_.name].append(float(np.degrees(breakpoint_.angle)))
     return {name: angles for name, angles in angles_deg.items() if angles}
-
-
-def draw_motion(device: Device, x: Array, start: Array | None = None) -> dict[str, Figure]:
-    """Draw the path of the tip and the pitch curves of a design x (p,) [SI], and those before."""
-    columns = _compute_columns(device, x)
-    columns_before = None if start is None else _compute_columns(device, start)
-    required = device.machine.requirements
-    soil_mm = None if required is None else required.surface_mm(float(columns["tip_y_mm"].min()))
-    points_mm = [] if required is None else required.points_mm or []
-    locate = partial(locate_pitch_curves, device)
-    return {
-        "tip_path": figures.draw_tip_path(columns, columns_before, soil_mm, points_mm),
-        "pitch_curves": figures.draw_pitch_curves(
-            locate(x), None if start is None else locate(start)
-        ),
-    }

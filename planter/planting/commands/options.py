@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from planter.planting.model import Device
     from planter.planting.tooth_counts import ToothCountSpec
 
-FIGURES = ("pitch_curves", "support_force", "tip_path")
+FIGURES = ("support_force",)
 """Names of a device's figures."""
 DeviceArgument = Annotated[
     str,

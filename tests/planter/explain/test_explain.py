@@ -15,8 +15,6 @@ import pytest
 from planter.errors import InputError
 from planter.explain import dictionary, mechanism, presentation
 from planter.kernels import generated
-from planter.planting import design_presentation
-from planter.planting.report import figures
 from planter.records import schema
 from tests.support import machines, own
 from tests.support.cli import answer, refusal, run
@@ -133,27 +131,6 @@ def _is_number(cell: str) -> bool:
     except ValueError:
         return False
     return True
-
-
-class Recorder(dict[str, Any]):
-    """Columns that remember which of them were read."""
-
-    def __init__(self, columns: Mapping[str, Any]) -> None:
-        super().__init__(columns)
-        self.read: set[str] = set()
-
-    def __getitem__(self, key: str) -> Any:
-        self.read.add(key)
-        return super().__getitem__(key)
-
-
-def test_figures_read_their_declared_columns(monkeypatch: pytest.MonkeyPatch) -> None:
-    device = machines.device("wang2017")
-    taken = design_presentation._compute_columns(device, device.design)
-    turn = Recorder(taken)
-    figures.draw_tip_path(turn)
-    read_columns = {"tip_path": turn.read}
-    assert read_columns["tip_path"] == set(figures.DRAWN["tip_path"])
 
 
 def test_a_name_has_unit_source_place_figures_and_verdict() -> None:

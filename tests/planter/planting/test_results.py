@@ -17,7 +17,7 @@ from planter.planting.model import Device
 from planter.planting.optimisation import add_pareto_front, optimise
 from planter.report import files
 
-OWN = {"tip_path", "pitch_curves", "support_force"}
+OWN = {"support_force"}
 
 
 pytestmark = pytest.mark.usefixtures("blank_figures")

@@ -19,7 +19,7 @@ from planter.planting.design_presentation import present_optimum
 from planter.planting.file import load
 from planter.planting.model import Device
 from planter.planting.optimisation import Optimisation, optimise
-from planter.planting.report import figures
+from planter.planting.report.forces import draw_support_force
 from planter.report import html, style
 
 EVIL = "<script>alert('x')</script> & \"more\""
@@ -28,7 +28,7 @@ EVIL = "<script>alert('x')</script> & \"more\""
 @pytest.fixture(scope="module")
 def drawings() -> dict[str, str]:
     curves = {"exact": (np.array([0.0, 360.0]), np.array([1.0, 2.0]))}
-    drawn = figures.render_svg(figures.draw_support_force(curves, 1.0))
+    drawn = style.render_svg(draw_support_force(curves, 1.0))
     return {"first": drawn, "second": drawn}
 
 
