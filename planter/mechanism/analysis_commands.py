@@ -1,4 +1,4 @@
-"""`planter simulate`, `sensitivity`, `drive` and `validate`: analyses of a machine without a
+"""`planter simulate`, `sensitivity`, `drive`, `validate` and `cam`: analyses of a machine without a
 search.
 """
 
@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from planter.errors import InputError
 from planter.report.writing import writes_files
 from planter.terminal.console import Console
 from planter.terminal.options import (
@@ -22,6 +23,7 @@ from planter.terminal.options import (
     SpeedOption,
     parse_changes,
     refuse_unused,
+    text_option,
 )
 
 if TYPE_CHECKING:
@@ -218,3 +220,88 @@ def validate(
             opened = open_machine(machine, set_, speed_rpm)
             presentation = present_validation(cycle.validate_machine(opened), machine, opened)
         presentation.show(console)
+
+
+CAM_EPILOG = (
+    "For example: planter cam wang2017 --roller-mm 6 --step --out cam; "
+    "planter cam cam_follower --roller-mm 8 --bore-mm 12 --out cam"
+)
+
+
+@app.command(epilog=CAM_EPILOG)
+@writes_files("summary.json", "report.html", "contour.dxf", "contour.svg", "contour.csv")
+def cam(
+    machine: Annotated[
+        str,
+        typer.Argument(
+            help="a machine file, a built-in machine, or your mechanism", show_default=False
+        ),
+    ],
+    roller_mm: Annotated[
+        float, typer.Option(metavar="R", help="radius of the roller", show_default=False)
+    ],
+    y: Annotated[
+        str | None,
+        text_option(
+            "for a mechanism whose statement has no follower: where the roller's centre is from "
+            "the cam's axis, "
+            "along y: a sum of quantities of `planter simulate`, values of the file, and numbers "
+            "in mm, such as y_0+s",
+            "SUM",
+        ),
+    ] = None,
+    x: Annotated[str | None, text_option("with --y: the same along x [default: 0]", "SUM")] = None,
+    force: Annotated[
+        str | None,
+        text_option("for a mechanism: the follower's force, which lift-off ends", "NAME"),
+    ] = None,
+    bore_mm: Annotated[
+        float | None,
+        typer.Option(min=0.1, help="for a mechanism: bore of the disc", show_default=False),
+    ] = None,
+    width_mm: Annotated[
+        float,
+        typer.Option(
+            min=0.1, max=1000, help="width of the rim or disc, and minimum height of a rim"
+        ),
+    ] = 10.0,
+    tolerance_um: Annotated[
+        float,
+        typer.Option(min=0.01, max=100, help="maximum deviation of the arcs from the contour"),
+    ] = 1.0,
+    step: Annotated[
+        bool, typer.Option("--step", help="with --out: also the solid (needs planter[step])")
+    ] = False,
+    set_: SetOption = None,
+    speed_rpm: SpeedOption = None,
+    as_json: JsonOption = False,
+    out: OutOption = None,
+) -> None:
+    """Design the cam as a part, for a roller.
+
+    The result has contour, pressure angle, undercut margin and speed of lift-off; --out writes DXF,
+    CSV and STEP.
+
+    Of a planting device it is the end-face cam, unrolled and in space; of your mechanism the disc
+    that turns with its angle.
+    """
+    console = Console(as_json)
+    with console.outcome():
+        from planter.mechanism.extension import CamRequest, find_extension
+        from planter.workshop.cam_report import present_cam
+
+        if x is not None and y is None:
+            raise InputError("--x needs --y")
+        if step and out is None:
+            raise InputError("--step needs --out DIR to write the solid to")
+        request = CamRequest(
+            roller_mm * 1e-3,
+            tolerance_um * 1e-6,
+            width_mm * 1e-3,
+            None if bore_mm is None else bore_mm * 1e-3,
+            None if y is None else (x or "0", y),
+            force,
+        )
+        opened = open_machine(machine, set_, speed_rpm)
+        design = find_extension(opened).build_cam(request)
+        present_cam(design, step, out is not None).show(console, out)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from functools import partial
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, Protocol
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
     from planter.progress import Listener
     from planter.report.presentation import ResultPresentation
     from planter.view.animation import MotionBlock
+    from planter.workshop.cam_report import CamOutput
 
 
 class HasMachine(Protocol):
@@ -40,6 +42,22 @@ class HasMachine(Protocol):
 def to_machine(stated: Machine | HasMachine) -> Machine:
     """Return a machine, or the one that an object states."""
     return stated if isinstance(stated, Machine) else stated.engine
+
+
+@dataclass(frozen=True)
+class CamRequest:
+    """The roller, the largest deviation of the arcs, and the width of a cam [m].
+
+    Of a disc also its bore [m], the `centre` of the roller as sums for x and y, unless the
+    statement has it, and the name of the follower's force.
+    """
+
+    roller: float
+    tolerance: float
+    width: float
+    bore: float | None = None
+    centre: tuple[str, str] | None = None
+    force: str | None = None
 
 
 class MachineExtension:
@@ -120,6 +138,27 @@ class MachineExtension:
         raise InputError(
             f"--data must name a CSV file with a measured curve, to which {self.machine.name} is "
             f"fitted: no paper reports figures of it"
+        )
+
+    def build_cam(self, request: CamRequest) -> CamOutput:
+        """Return the disc that turns with the drive's angle, as a part.
+
+        Raises InputError and GeometryError as `planter.mechanism.cam`.
+        """
+        from planter.mechanism import cam
+        from planter.mechanism.model import Model
+
+        model, centre, force = Model(self.machine), request.centre, request.force
+        if centre is None:
+            centre, force = cam.find_follower_centre(model, force)
+        return cam.build_disc_cam(
+            model,
+            request.roller,
+            centre,
+            force,
+            request.tolerance,
+            request.width,
+            request.bore or 0.0,
         )
 
     def build_driven_machine(self) -> Machine:

@@ -11,6 +11,7 @@ from planter.measured.findings import MeasurementResult
 from planter.optimise.proof.search import GlobalBound
 from planter.optimise.result import EvaluationCounts
 from planter.records import Record, WarningRecord
+from planter.workshop.cam_results import Cam
 
 
 @dataclass(frozen=True)
@@ -321,6 +322,7 @@ class MechanismOptimumResult(Record):
 
 
 COMMANDS = {
+    "cam": Cam,
     "drive": DriveResult,
     "sensitivity": SensitivityResult,
     "move": MotionResult | EnsembleResult,

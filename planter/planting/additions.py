@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from planter.engine.machine import Machine
 from planter.engine.summary import CycleSummary, PiecewiseCycle
 from planter.errors import InputError
-from planter.mechanism.extension import MachineExtension
+from planter.mechanism.extension import CamRequest, MachineExtension
 from planter.mechanism.model import MechanismCycle
 from planter.mechanism.results import (
     MachineValidation,
@@ -45,6 +45,7 @@ if TYPE_CHECKING:
     from planter.progress import Listener
     from planter.report.presentation import ResultPresentation
     from planter.view.animation import MotionBlock
+    from planter.workshop.cam_report import CamOutput
 
 
 def build_extension(device: Device, machine: Machine) -> MachineExtension:
@@ -191,6 +192,20 @@ class DeviceExtension(MachineExtension):
         device = Device(self.device.machine, first)
         result = calibration.calibrate(device.machine, first, target, laws, listener, means)
         return present_calibration(result, device)
+
+    def build_cam(self, request: CamRequest) -> CamOutput:
+        """Return the end-face cam as a part. Raises InputError for options of a disc."""
+        from planter.planting.cam import build_cam
+
+        disc_options = {
+            "--y": request.centre,
+            "--force": request.force,
+            "--bore-mm": request.bore,
+        }
+        for option, value in disc_options.items():
+            if value is not None:
+                raise InputError(f"{option} is for a mechanism of your own")
+        return build_cam(self.device, request.roller, request.tolerance, request.width)
 
     def build_driven_machine(self) -> Machine:
         """Return the device whose carrier accelerates."""

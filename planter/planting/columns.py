@@ -8,19 +8,6 @@ from planter.planting.functions import MODELS
 from planter.planting.model import list_keys, name_second_side
 from planter.planting.tooth_friction import describe_friction_columns
 
-FITTED = {
-    "measured_N": ("measured value of the total that was fitted", "measurement"),
-    **{f"{model}_N": (f"the same by the fitted {model} model", "derived") for model in MODELS},
-    **{
-        f"{model}_{end}95_N": (
-            f"{side} end of the 95 % interval of the fitted {model} model's curve",
-            "derived",
-        )
-        for model in MODELS
-        for end, side in (("low", "lower"), ("high", "upper"))
-    },
-}
-"""Columns of a fit to measured data."""
 SENSOR = {
     "measured_support_N": (
         "the support force as the sensor sees it by [measurement] of the file",

@@ -17,7 +17,6 @@ from planter.optimise.proof.search import GlobalBound
 from planter.optimise.result import EvaluationCounts
 from planter.planting.design_results import DesignersSummary, ToothCountResult
 from planter.records import Record
-from planter.workshop.cam_results import Cam
 
 Design = dict[str, float]
 """Values by the names of a machine's own design vector, each in the unit that its name ends in."""
@@ -428,5 +427,4 @@ COMMANDS = {
     "calibrate": CalibrationFound | MeasuredFound | MeasuredPreview | ExplanationFound,
     "compare": ComparisonFound,
     "optimise": OptimisationFound,
-    "cam": Cam,
 }

@@ -81,11 +81,3 @@ def test_optimisation_writes_optimum_and_optional_front(
     ranges = [point.range_N for point in compromises.result.front]
     assert ranges == sorted(ranges)
     assert min(ranges) < summary["range_N"] * (1 + 1e-6)
-
-
-def test_optimised_device_is_not_changed() -> None:
-    device = Device(load("wang2017"))
-    before = device.constants.copy()
-    optimise(device, "ipopt", "60", starts=1)
-    assert not device.compiled
-    assert (device.constants == before).all()

@@ -3,21 +3,17 @@ way.
 """
 
 from collections.abc import Callable
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from planter import simulate
 from planter.engine.response import MachineResponse
-from planter.errors import InputError
 from planter.optimise.sampled_cycle import sample_angles
 from planter.planting import file
 from planter.planting.file import PlantingMachine
 from planter.planting.model import Device
 from planter.planting.swept import ADAPTER
-from planter.sweeps.plan import Plan
-from planter.sweeps.sweep import Sweep
 
 INPUTS = {
     "operation.speed_rpm": (35.0, 45.0),
@@ -99,16 +95,6 @@ def test_rows_do_not_hang_on_threads_or_on_their_neighbours(
         assert np.array_equal(subject.evaluated(points, threads)[::2], np.repeat(alone, 20, axis=0))
 
 
-def test_without_a_compiler_it_is_the_same(
-    machine: PlantingMachine, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    points = np.array(list(INPUTS.values())).T
-    compiled = ADAPTER.subject(ADAPTER.frozen(machine), {}, INPUTS, OUTPUTS).evaluated(points, 1)
-    monkeypatch.setenv("PLANTER_KERNELS", "casadi-vm")
-    plain = ADAPTER.subject(ADAPTER.frozen(machine), {}, INPUTS, OUTPUTS).evaluated(points, 1)
-    np.testing.assert_allclose(plain, compiled, rtol=1e-11)
-
-
 def test_the_mean_force_is_the_weight_whatever_is_varied(machine: PlantingMachine) -> None:
     inputs = {
         "mass.planet_kg": (1.0, 1.4),
@@ -157,74 +143,3 @@ def test_path_over_ground_equals_simulate() -> None:
     np.testing.assert_allclose(
         subject.evaluated(np.array([[36.0]]), 1), [[np.ptp(path)]], rtol=2e-4
     )
-
-
-PLAN = {"machine": "wang2017", "outputs": ["support_range_N"]}
-REFUSED = {
-    "an unknown input": ({"inputs": {"speed_rmp": [1]}}, "inputs.speed_rmp: did you mean"),
-    "an ambiguous input": ({"inputs": {"C1_mm": [1]}}, "inputs.C1_mm:"),
-    "an unknown output": (
-        {"inputs": {"m31": [1.5]}, "outputs": ["support_rage_N"]},
-        "did you mean support_range_N",
-    ),
-    "a text for a number": (
-        {"inputs": {"m31": ["large"]}},
-        "inputs.design.m31 = large: it must be num",
-    ),
-    "numbers for a text": ({"inputs": {"model": [1, 2]}}, "it must be of exact, printed"),
-    "an unknown model": ({"inputs": {"model": ["correct"]}}, "inputs.model = correct:"),
-    "one input twice": (
-        {"inputs": {"m31": [1.5], "design.m31": [1.5]}},
-        "inputs names an input twice",
-    ),
-    "a machine that is not there": (
-        {"machine": "nowhere", "inputs": {"m31": [1.5]}},
-        "nowhere: no such machine",
-    ),
-    "outputs of another machine": (
-        {"machine": "yu2023", "inputs": {"m31": [1.5]}},
-        "outputs: support_range_N:",
-    ),
-}
-
-
-@pytest.mark.parametrize(("change", "message"), REFUSED.values(), ids=REFUSED.keys())
-def test_plan_not_matching_machine_is_refused(change: dict, message: str) -> None:
-    with pytest.raises(InputError) as refused:
-        Sweep(Plan.read(PLAN | change, "plan.toml"))
-    assert message in refused.value.message
-
-
-CANNOT = {
-    "an eccentricity beyond its radius": (
-        {"e3_mm": {"from": 5, "to": 40, "steps": 3}},
-        "bounds.e3_mm = 40",
-    ),
-    "a negative mass": ({"planet_kg": [-1, 1]}, "mass.planet_kg = -1"),
-    "an ellipse that is none": ({"k6": [0.03, 1.2]}, "k6 = 1.2"),
-}
-
-
-@pytest.mark.parametrize(("inputs", "message"), CANNOT.values(), ids=CANNOT.keys())
-def test_impossible_range_ends_are_refused(inputs: dict, message: str) -> None:
-    with pytest.raises(InputError) as refused:
-        Sweep(Plan.read(PLAN | {"inputs": inputs}, "plan.toml")).recipe.job().chunk(0, 1, 1)
-    assert message in refused.value.message
-
-
-def test_machine_path_is_relative_to_plan(tmp_path: Path, machine: PlantingMachine) -> None:
-    from planter.files import examples
-
-    text = examples.example("wang2017").replace("planet_kg = 1.20", "planet_kg = 1.30")
-    (tmp_path / "mine.toml").write_text(text)
-    plan = Plan.read(
-        {
-            "machine": ["wang2017", "mine.toml"],
-            "inputs": {"speed_rpm": [40]},
-            "outputs": ["support_mean_N"],
-        },
-        "plan.toml",
-        tmp_path,
-    )
-    rows = Sweep(plan).recipe.job().chunk(0, 2, 1)[:, 0]
-    assert np.isclose(rows[1] - rows[0], 2 * 0.1 * 9.81, rtol=1e-6)
