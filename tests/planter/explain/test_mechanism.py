@@ -56,7 +56,7 @@ def test_key_has_a_meaning(path: str, key: str, kind: str) -> None:
 def test_unknown_keys_are_refused_with_close_ones(path: str) -> None:
     assert "did you mean N_cam" in refusal("explain", path, "N_camm")
     assert "F_B1x" in refusal("explain", "wang2017", "F_B1xx")
-    assert "there is no such machine" in refusal("explain", "nowhere.toml", "h_mm")
+    assert "nowhere.toml: there is no such file" in refusal("explain", "nowhere.toml", "h_mm")
 
 
 def test_drawing_names_lengths_with_values() -> None:
