@@ -19,7 +19,6 @@ from planter.kernels import Array
 from planter.parallel.jobs import run_in_order
 from planter.parallel.task import AUTO, Means, Task
 from planter.planting import functions
-from planter.planting.attainable_force import find_largest_range
 from planter.planting.file import PlantingMachine
 from planter.planting.functions import MODELS, Model
 from planter.planting.model import Device
@@ -30,7 +29,6 @@ from planter.planting.results import (
     CalibrationTradeoff,
     Distance,
     Fitted,
-    LargestRange,
     ModelFitted,
     OtherModel,
     Statistics,
@@ -119,7 +117,6 @@ def calibrate(
         },
         other_model=OtherModel(other_force.range_N, other_force.variance_N2, other_mean),
         models=records,
-        largest_range_N=_search_largest_range(best["exact"].force),
     )
 
 
@@ -278,14 +275,6 @@ def _build_fitted_device(fit: ForceFit, model: Model) -> Device:
 def _sample_support(device: Device) -> Array:
     at = device.prologue(device.design)
     return device.support(at, device.engine.list_angles())
-
-
-def _search_largest_range(force: CalibrationForce) -> LargestRange:
-    """Return the largest ranges for law and events of the exact model's fit;
-    `planter audit --front` tries all laws.
-    """
-    points = [find_largest_range(force, pushing, _draw_starts(force)) for pushing in (True, False)]
-    return LargestRange(*(None if point is None else point.range for point in points))
 
 
 def build_engine_machine(machine: PlantingMachine, model: Model) -> Machine:

@@ -316,19 +316,6 @@ class ModelFitted(Record):
     front: list[CalibrationTradeoff] | None = None
 
 
-@dataclass(frozen=True)
-class LargestRange(Record):
-    """The largest range of the exact model with the flanks of its fit, near the events, by the
-    cam's contact.
-
-    Inputs stay within the bounds. `planter audit --front` searches all laws of the flanks, wherever
-    they begin.
-    """
-
-    cam_pushing: float | None
-    free_sign: float | None
-
-
 @dataclass(frozen=True, kw_only=True)
 class CalibrationFound(ModelFitted):
     """`planter calibrate`: fitted inputs, their errors against the target, and what the target
@@ -344,7 +331,6 @@ class CalibrationFound(ModelFitted):
     events: dict[str, float]
     other_model: OtherModel
     models: dict[str, ModelFitted]
-    largest_range_N: LargestRange
 
 
 @dataclass(frozen=True)

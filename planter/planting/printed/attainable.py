@@ -4,8 +4,10 @@ experiment.
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from importlib.resources import files
 from typing import Any
 
 import numpy as np
@@ -14,7 +16,6 @@ from planter.audit import numbers
 from planter.audit.registry import front
 from planter.files import units
 from planter.kernels import Array
-from planter.planting.attainable_force import load_front, load_paper_points
 from planter.planting.file import load
 from planter.planting.lifted import LiftedModel
 from planter.planting.model import Device
@@ -43,11 +44,33 @@ NOT_COMPUTED = (
 Entry = Mapping[str, Any]
 
 
+FRONT_FILE = "attainable_front.json"
+"""Front of range and variance that docs/studies/attainable_front.py has searched for."""
+PAPER_ROWS = ("theory", "experiment")
+
+
+def load_paper_points(paper: str) -> dict[str, dict[str, float]]:
+    """Return range [N] and variance [N2] of the support force as a paper gives them, by row of its
+    table.
+    """
+    disclosed = numbers.load_numbers()["disclosed"][paper]
+    return {
+        row: {key: disclosed[row][key] for key in ("range_N", "variance_N2")} for row in PAPER_ROWS
+    }
+
+
+def read_saved_front() -> dict[str, Any]:
+    """Return the saved front."""
+    file = files("planter.planting").joinpath(FRONT_FILE)
+    saved: dict[str, Any] = json.loads(file.read_text(encoding="utf-8"))
+    return saved
+
+
 @front(PAPER)
 def attainable(progress: Listener | None) -> dict[str, Any]:
     """Return the front with the paper's points, and the sizes of the effects in the experiment."""
     points = load_paper_points(PAPER)
-    content = load_front(PAPER, points, progress)
+    content = read_saved_front()
     fronts = [
         {**curve, "most_variance_N2": max(float(point["variance_N2"]) for point in curve["points"])}
         for curve in content["fronts"]

@@ -9,18 +9,11 @@ import numpy as np
 import pytest
 
 from planter.optimise.sampled_cycle import sample_angles
-from planter.planting import attainable_force as front
 from planter.planting import file
-from planter.planting.attainable_force import (
-    VarianceSearch,
-    find_largest_range,
-    find_largest_variance,
-    load_paper_points,
-)
 from planter.planting.calibration import with_flank
 from planter.planting.model import Device
 from planter.planting.printed import attainable as experiment
-from planter.planting.printed.attainable import PAPER
+from planter.planting.printed.attainable import PAPER, load_paper_points, read_saved_front
 from planter.planting.unpublished_inputs import (
     INERTIA,
     CalibrationForce,
@@ -29,11 +22,13 @@ from planter.planting.unpublished_inputs import (
     compute_flank_angles,
     load_calibration_data,
 )
-from tests.support import machines
+from tests.support import machines, own
 from tests.support.sampled import sampled
+from tests.support.structure import ROOT
 
 pytestmark = pytest.mark.usefixtures("kernel_cache")
 SAMPLES = 60
+front = own.import_file(ROOT / "docs" / "studies" / "attainable_front.py")
 
 
 def device(law: str = "cycloidal", model: str = "exact") -> Device:
@@ -130,19 +125,22 @@ def test_machine_values_give_machine_force() -> None:
 
 def test_attained_points_satisfy_cap_and_contact(force: CalibrationForce) -> None:
     starts = [np.random.default_rng(seed).random(len(force.inputs)) for seed in range(3)]
-    largest = find_largest_variance(force, 80.0, True, starts)
+    largest = front.find_largest_variance(force, 80.0, True, starts)
     assert largest is not None
     assert largest.range <= 80.5
     assert largest.push >= 0
     assert largest.variance > max(force(z).variance for z in starts if force(z).range <= 80)
-    free, tied = find_largest_range(force, False, starts), find_largest_range(force, True, starts)
+    free, tied = (
+        front.find_largest_range(force, False, starts),
+        front.find_largest_range(force, True, starts),
+    )
     assert free is not None
     assert tied is not None
     assert free.range >= tied.range - 1 > largest.range
 
 
 def test_slopes_of_minimised_sums_equal_differences(force: CalibrationForce) -> None:
-    search = VarianceSearch(force, 40.0, True)
+    search = front.VarianceSearch(force, 40.0, True)
     w = search.start(np.random.default_rng(1).random(len(force.inputs)))
     _, slopes = search.cost(w, 0.3)
     steps = [
@@ -153,11 +151,11 @@ def test_slopes_of_minimised_sums_equal_differences(force: CalibrationForce) -> 
 
 
 def test_saved_front_matches_current_code() -> None:
-    saved_front = front.read_saved_front()
+    saved_front = read_saved_front()
     assert saved_front is not None
     machine = file.load(PAPER)
     assert saved_front["key"] == front.compute_key(machine, load_paper_points(PAPER)), (
-        "python -m planter.planting.attainable_force"
+        "python docs/studies/attainable_front.py"
     )
     assert saved_front["key"] != front.compute_key(
         machine.with_numbers({"psi0_deg": -7.0}), load_paper_points(PAPER)
@@ -170,7 +168,7 @@ def test_saved_front_matches_current_code() -> None:
 @pytest.mark.parametrize("place", [0, -1])
 @pytest.mark.parametrize("contact", [0, 1])
 def test_front_points_equal_their_inputs(contact: int, place: int) -> None:
-    points = front.read_saved_front()["fronts"][contact]
+    points = read_saved_front()["fronts"][contact]
     point = points["points"][place]
     machine = with_flank(file.load(PAPER), point["flank"]).with_numbers(point["inputs"])
     subject = Device(machine, "exact")
