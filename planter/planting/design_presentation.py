@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from planter.explain import dictionary
 from planter.files import paths, units
 from planter.files.document import format_lines
 from planter.measured.sensor_presentation import (
@@ -33,7 +32,7 @@ from planter.planting.design_results import (
 )
 from planter.planting.file import PlantingMachine
 from planter.planting.functions import MODELS
-from planter.planting.model import Device, list_quantities
+from planter.planting.model import Device
 from planter.planting.objective import find_curve_angles
 from planter.planting.report.forces import draw_support_force
 from planter.planting.report.scene import build_scene
@@ -118,7 +117,6 @@ def present_optimum(optimisation: Optimisation, device: Device) -> ResultPresent
         f"{result.method}",
         result,
         _list_optimum_sections(result, device.machine),
-        "optimise",
         optimum.seed,
         conclusion=f"{result.statement[0].upper()}{result.statement[1:]}.",
         key_figures=list(_list_optimum_figures(result)),
@@ -199,7 +197,6 @@ def _present(
     title: str,
     result: Record,
     sections: Iterator[Section] | Sequence[Section],
-    command: str,
     seed: int | None = None,
     **parts: Any,
 ) -> ResultPresentation:
@@ -211,9 +208,6 @@ def _present(
         model=ModelAssumptions.from_sidecar(device.sidecar),
         displayed_inputs=("design", "bounds"),
         captions=CAPTIONS,
-        details=lambda: [
-            Section("Names", [_tabulate_names(device.sidecar, result.table(), command)])
-        ],
         provenance=files.list_provenance(device.machine, seed),
         **parts,
     )
@@ -464,29 +458,6 @@ def _list_multipliers(certificate: PlantingCertificate) -> list[tuple[Cell, ...]
     ]
     active = certificate.active_requirements or ()
     return [*bounds, *((row.name, row.side, row.multiplier, row.unit) for row in active)]
-
-
-def _tabulate_names(sidecar: Mapping[str, Any], summary: Mapping[str, Any], command: str) -> Folded:
-    """Return columns of cycle.csv and numbers of the summary: unit, meaning, source, and the
-    figures that draw them.
-    """
-    columns = [quantity.key for quantity in list_quantities(sidecar["vectors"])]
-    keys = [key for key, value in summary.items() if isinstance(value, int | float)]
-    rows = [
-        (
-            name,
-            units.display_unit(name),
-            meaning.meaning,
-            meaning.source,
-            ", ".join(meaning.figures or ()),
-        )
-        for name, meaning in dictionary.find_meanings("planting", [*columns, *keys], command)
-    ]
-    head = ("name", "unit", "meaning", "source", "drawn in")
-    return Folded(
-        "columns of cycle.csv and numbers of summary.json; planter explain has all",
-        [Table(head, rows)],
-    )
 
 
 def format_optimum_file(

@@ -322,7 +322,7 @@ def test_file_without_measurement_reports_none() -> None:
     table, cycle = simulate_wang().result.table(), simulate_machine(build_knife())
     assert "measurement" not in table
     assert "measurement" not in cycle.result.table()
-    assert not [key for key in simulate_wang().columns() if key.startswith("measured")]
+    assert not [key for key in simulate_wang().table() if key.startswith("measured")]
     assert measure_cycle(build_knife(), cycle.machine.list_angles(), cycle.columns) is None
 
 
