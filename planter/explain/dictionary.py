@@ -124,22 +124,6 @@ def list_names() -> KnownNames:
     )
 
 
-def find_meanings(
-    machine: str, requested: Sequence[str], command: str
-) -> list[tuple[str, Meaning]]:
-    """Return names with their meanings in a machine, a command's result first; names without a
-    meaning are omitted.
-    """
-    by_name: dict[str, Meaning] = {}
-    meanings = [meaning for meaning in collect_meanings() if meaning.machine == machine]
-    for meaning in sorted(
-        meanings, key=lambda meaning: command not in meaning.source.replace(",", "").split()
-    ):
-        by_name.setdefault(meaning.key or meaning.name, meaning)
-        by_name.setdefault(meaning.name, meaning)
-    return [(name, by_name[name]) for name in requested if name in by_name]
-
-
 def _list_columns() -> Iterator[Meaning]:
     """Yield the meanings of the columns of CSV files that packages declare."""
     for module in plugins.load_modules("columns"):

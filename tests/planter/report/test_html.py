@@ -75,7 +75,6 @@ def test_page_is_well_formed_with_all_sections(page: str) -> None:
         "Insensitive directions",
         "Certificate",
         "Figures",
-        "Names",
         "Model",
         "Inputs",
         "Provenance",
