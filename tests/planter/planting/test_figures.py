@@ -132,19 +132,19 @@ def test_earlier_figures_have_no_influence() -> None:
 
 
 @pytest.fixture(scope="module")
-def drawn_alone() -> str:
+def single_drawing() -> str:
     """Drawn alone, under nobody's settings."""
     return style.render_svg(FIGURES["support force"]())
 
 
-def test_settings_of_the_user_play_no_part_and_stay(drawn_alone: str) -> None:
+def test_settings_of_the_user_play_no_part_and_stay(single_drawing: str) -> None:
     with matplotlib.rc_context({"font.size": 20, "lines.linewidth": 9, "svg.hashsalt": "mine"}):
-        assert style.render_svg(FIGURES["support force"]()) == drawn_alone
+        assert style.render_svg(FIGURES["support force"]()) == single_drawing
         assert matplotlib.rcParams["font.size"] == 20
         assert matplotlib.rcParams["svg.hashsalt"] == "mine"
 
 
-def test_threads_do_not_disturb_each_other(drawn_alone: str) -> None:
+def test_threads_do_not_disturb_each_other(single_drawing: str) -> None:
     together: list[str] = []
     threads = [
         threading.Thread(
@@ -156,7 +156,7 @@ def test_threads_do_not_disturb_each_other(drawn_alone: str) -> None:
         thread.start()
     for thread in threads:
         thread.join()
-    assert together == [drawn_alone] * 2
+    assert together == [single_drawing] * 2
 
 
 def test_matplotlib_is_imported_by_the_first_figure() -> None:

@@ -28,8 +28,8 @@ EVIL = "<script>alert('x')</script> & \"more\""
 @pytest.fixture(scope="module")
 def drawings() -> dict[str, str]:
     curves = {"exact": (np.array([0.0, 360.0]), np.array([1.0, 2.0]))}
-    drawn = style.render_svg(draw_support_force(curves, 1.0))
-    return {"first": drawn, "second": drawn}
+    drawing = style.render_svg(draw_support_force(curves, 1.0))
+    return {"first": drawing, "second": drawing}
 
 
 @pytest.fixture(scope="module")
