@@ -35,7 +35,6 @@ from planter.planting.functions import MODELS
 from planter.planting.model import Device
 from planter.planting.objective import find_curve_angles
 from planter.planting.report.forces import draw_support_force
-from planter.planting.report.scene import build_scene
 from planter.planting.results import (
     Lifted,
     OptimisationFound,
@@ -536,6 +535,8 @@ def _list_origins(
 
 def animate(device: Device, x: Array, start: Array | None = None) -> MotionBlock:
     """Return the moving drawing of a design x (p,) [SI], with the path of the tip before it."""
+    from planter.planting.report.scene import build_scene  # with teeth, which few results need
+
     dashed = "" if start is None else " Dashed: the path before the optimisation."
     return MotionBlock(build_scene(device, x, start), f"{MOTION_CAPTION}{dashed}")
 
