@@ -210,15 +210,17 @@ def validate(
     """
     console = Console(as_json)
     with console.outcome():
-        from planter.mechanism import cycle, file, machines
+        from planter.mechanism import file, machines
+        from planter.mechanism.cycle import validate_machine
+        from planter.mechanism.motion import validate_free_motion
         from planter.mechanism.presentation import present_validation
 
         changes = parse_changes(set_)
         if machines.takes(machine) and not (free := file.load(machine, changes)).is_driven:
-            presentation = present_validation(cycle.validate_free_motion(free), machine)
+            presentation = present_validation(validate_free_motion(free), machine)
         else:
             opened = open_machine(machine, set_, speed_rpm)
-            presentation = present_validation(cycle.validate_machine(opened), machine, opened)
+            presentation = present_validation(validate_machine(opened), machine, opened)
         presentation.show(console)
 
 

@@ -20,9 +20,7 @@ from planter.files import units
 from planter.kernels import Array
 from planter.measured.sensor_curve import SensorSignal, measure_cycle
 from planter.measured.sensor_view import find_sensor_view
-from planter.mechanism.dynamics import Dynamics, describe_contradictions
 from planter.mechanism.extension import HasMachine, MachineExtension, find_extension, to_machine
-from planter.mechanism.file import MechanismFile
 from planter.mechanism.model import MechanismCycle, Model, Periodicity, compare_cycles
 from planter.mechanism.optimisation import evaluate_limits
 from planter.mechanism.results import (
@@ -399,31 +397,6 @@ def validate_machine(machine: Machine | HasMachine) -> MachineValidation:
         ],
     )
     return extension.extend_validation(result)
-
-
-def validate_free_motion(mechanism: MechanismFile) -> MachineValidation:
-    """Return the entries of a mechanism's initial state that its constraints change, as warnings.
-
-    Raises ComputationError if no state near the stated one satisfies its constraints, InputError if
-    none does while what is named to hold does.
-    """
-    dynamics = Dynamics(mechanism)
-    stated, start, contradictions = (
-        dynamics.stated,
-        dynamics.find_start(),
-        dynamics.find_contradictions(),
-    )
-    warnings = []
-    for index in dynamics.find_changes(start):
-        name = dynamics.names[index]
-        message = f"the constraints change it from {stated[index]:.6g} to {start[index]:.6g} (SI)"
-        if name in contradictions:
-            message = describe_contradictions({name: contradictions[name]})
-        warnings.append(MechanismWarning(name=name, message=message))
-    numbers = mechanism.own_numbers()
-    return MachineValidation(
-        machine=mechanism.name, valid=True, design=[], own_numbers=numbers, warnings=warnings
-    )
 
 
 def _list_bound_warnings(machine: Machine) -> Iterator[MechanismWarning]:

@@ -29,11 +29,9 @@ from planter.measured.sensor_presentation import (
 from planter.mechanism import drawing
 from planter.mechanism.cycle import compute_cycle
 from planter.mechanism.drawing import PlotAxis
-from planter.mechanism.ensemble import QUANTILES, MechanismEnsemble
 from planter.mechanism.extension import find_extension
 from planter.mechanism.file import MechanismFile
 from planter.mechanism.model import MechanismCycle, Model
-from planter.mechanism.motion import MechanismMotion
 from planter.mechanism.optimisation import MechanismOptimum, UnfinishedOptimum
 from planter.mechanism.results import (
     ChangedStart,
@@ -73,6 +71,9 @@ from planter.view.animation import MotionBlock as MotionBlock
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+    from planter.mechanism.ensemble import MechanismEnsemble
+    from planter.mechanism.motion import MechanismMotion
 
 CHANGED_START = (
     "The constraints change these values of the start; `hold` of `begin` names those "
@@ -399,6 +400,8 @@ def _tabulate_ensemble(ensemble: MechanismEnsemble) -> Mapping[str, Mapping[str,
     """Return the bands over time with the median separation, and the statistics of each period of
     each run.
     """
+    from planter.mechanism.ensemble import QUANTILES  # free motions alone need its solvers
+
     bands = {
         f"p{share}_{key}": line
         for key, band in ensemble.bands.items()

@@ -14,7 +14,8 @@ from planter.cli.app import build_application
 from planter.engine.machine import load_machine
 from planter.files import examples
 from planter.mechanism import file
-from planter.mechanism.cycle import validate_free_motion, validate_machine
+from planter.mechanism.cycle import validate_machine
+from planter.mechanism.motion import validate_free_motion
 from tests.support import own
 from tests.support.cli import answer
 
