@@ -36,6 +36,10 @@ if TYPE_CHECKING:
     from planter.mapping.train import build_training as train
     from planter.measured.posterior import Posterior, load_posterior
     from planter.measured.reading import Columns
+    from planter.mechanism.cycle import simulate_machine as simulate
+    from planter.mechanism.cycle import validate_machine as validate
+    from planter.mechanism.model import MechanismCycle as Simulation
+    from planter.mechanism.optimisation import compute_objective_sensitivity as sensitivity
     from planter.mechanism.optimisation import optimise_machine as optimise_machine
     from planter.pickup.analysis import analyse_pickup as pick_up
     from planter.planting.calibration import calibrate
@@ -46,7 +50,6 @@ if TYPE_CHECKING:
     from planter.planting.objective import CycleObjective as Turns
     from planter.planting.optimisation import Optimisation
     from planter.planting.optimisation import optimise as optimise_device
-    from planter.planting.simulation import Simulation, sensitivity, simulate, validate
     from planter.records import Record
     from planter.view.animation import show
 
@@ -114,7 +117,12 @@ _HOMES = {
     "mapping.train": ("train:build_training",),
     "measured.posterior": ("Posterior", "load_posterior"),
     "measured.reading": ("Columns",),
-    "mechanism.optimisation": ("optimise_machine",),
+    "mechanism.cycle": (
+        "simulate:simulate_machine",
+        "validate:validate_machine",
+    ),
+    "mechanism.model": ("Simulation:MechanismCycle",),
+    "mechanism.optimisation": ("optimise_machine", "sensitivity:compute_objective_sensitivity"),
     "pickup.analysis": ("pick_up:analyse_pickup",),
     "planting.family_comparison": ("compare_families",),
     "planting.calibration": ("calibrate",),
@@ -122,7 +130,6 @@ _HOMES = {
     "planting.model": ("Device",),
     "planting.objective": ("Batch", "Turns:CycleObjective", "evaluate_many"),
     "planting.optimisation": ("Optimisation", "optimise_device:optimise"),
-    "planting.simulation": ("Simulation", "sensitivity", "simulate", "validate"),
     "records": ("Record",),
     "view.animation": ("show",),
 }

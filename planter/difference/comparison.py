@@ -29,7 +29,8 @@ from planter.files import paths, units
 from planter.files.document import Document
 from planter.files.kinds import find_kind
 from planter.kernels import Array
-from planter.mechanism.cycle import MechanismCycle, simulate_machine
+from planter.mechanism.cycle import simulate_machine
+from planter.mechanism.model import MechanismCycle
 from planter.mechanism.optimisation import evaluate_limits
 from planter.view.subject import RequirementCheck, open_machine
 

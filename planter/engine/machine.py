@@ -21,8 +21,8 @@ from planter.engine.loops import KinematicLoops
 from planter.engine.measures import Limit, Measure, PointDistance, parse_distance
 from planter.engine.piecewise import build_clearance, build_distance, build_separation, read_curve
 from planter.errors import InputError
-from planter.files import paths, units
-from planter.files.kinds import find_kind
+from planter.files import examples, paths, units
+from planter.files.kinds import find_kind, load_part
 from planter.files.spelling import find_spelled, list_spellings
 from planter.kernels import Array, Kernel
 
@@ -148,8 +148,9 @@ class Machine:
     sum of measures that the file minimises under `limits`, over true extremes or samples as
     `sampling` says; `genetic` are its settings of the genetic algorithm. `angle` is the name of the
     drive's angle. `requirements` makes the constraints on its own design that the file states
-    besides limits, if it has any. `stages` are further functions along the angle: `places` of
-    points of bodies, `followers` and `meshes` of cams and gears.
+    besides limits, if it has any; `subject` is the object that states the machine, if its package
+    adds to the results of commands (`planter.mechanism.extension`). `stages` are further functions
+    along the angle: `places` of points of bodies, `followers` and `meshes` of cams and gears.
     """
 
     document: Document
@@ -183,6 +184,7 @@ class Machine:
     sampling: Sampling = "refined"
     genetic: GeneticAlgorithm | None = None
     requirements: Callable[[], Constraints] | None = None
+    subject: object = None
     angle: str = "phi"
     documentation: Documentation = Documentation("", "")
 
@@ -643,8 +645,9 @@ def load_machine(
     >>> load_machine("wang2017", {"R3_mm": 31.0}).name
     'wang2017'
     """
-    module = find_kind(source)
+    module = find_kind(source) or load_part(source, "machines")  # which says what a file lacks
     if module is None:
+        examples.read_source(source)  # says what is wrong with a name or a path
         raise InputError(
             f"{source}: there is no such machine: it must be a machine's file, or a built-in "
             f"one's name"

@@ -258,9 +258,16 @@ def summarise(cycle: PiecewiseCycle, changing: Collection[str] = ()) -> CycleSum
     Raises ComputationError where loops do not close.
     """
     machine = cycle.machine
-    rows = [row for row in cycle.rows if cycle.find_pole(row.quantity.name) is None]
+    rows = [
+        row for row in cycle.rows if row.quantity.key and cycle.find_pole(row.quantity.name) is None
+    ]  # what has no key is no result, but may jump
     factors = {row.quantity.name: row.quantity.factor for row in cycle.rows}
-    display_units = {row.quantity.name: units.display_unit(row.quantity.key) for row in cycle.rows}
+    display_units = {
+        row.quantity.name: units.display_unit(row.quantity.key)
+        if row.quantity.key
+        else row.quantity.unit
+        for row in cycle.rows
+    }
     motors = [
         name
         for name in machine.motors

@@ -97,22 +97,6 @@ def list_names() -> KnownNames:
     )
 
 
-def find_meanings(
-    machine: str, requested: Sequence[str], command: str
-) -> list[tuple[str, Meaning]]:
-    """Return names with their meanings in a machine, a command's result first; names without a
-    meaning are omitted.
-    """
-    by_name: dict[str, Meaning] = {}
-    for meaning in sorted(
-        list_meanings(machine),
-        key=lambda meaning: command not in meaning.source.replace(",", "").split(),
-    ):
-        by_name.setdefault(meaning.key or meaning.name, meaning)
-        by_name.setdefault(meaning.name, meaning)
-    return [(name, by_name[name]) for name in requested if name in by_name]
-
-
 def list_columns() -> Iterator[Meaning]:
     """Yield the columns of CSV files that the names of packages have."""
     for package, module in plugins.find_packages().items():

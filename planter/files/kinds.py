@@ -1,12 +1,14 @@
 """The kinds of machines: packages whose module `machines` takes a source, and further modules of
 such a package.
 
-A package takes a built-in name, or a file by its tables (`machines.takes`). Its other modules serve
-what it takes: `show` a page, `toothed` gears, `labelled` drawings, `swept` sweeps and tolerances.
+A package takes a built-in name, or a file by its tables: those of its `OWN_TABLES`, or by
+`machines.takes`. Its other modules serve what it takes: `show` a page, `toothed` gears, `labelled`
+drawings, `swept` sweeps and tolerances.
 """
 
 from __future__ import annotations
 
+from importlib import import_module
 from types import ModuleType
 
 from planter import plugins
@@ -15,9 +17,14 @@ from planter.files import examples
 
 def find_kind(source: str) -> ModuleType | None:
     """Return the module `machines` of the package that takes a source, or None."""
-    return next(
-        (module for module in plugins.load_modules("machines") if module.takes(source)), None
-    )
+    for name, package in plugins.find_packages().items():  # no other package's machines are loaded
+        tables = getattr(import_module(package), "OWN_TABLES", None)
+        if tables is not None and examples.belongs_to_package(source, name, tables):
+            return import_module(f"{package}.machines")
+    for module in plugins.load_modules("machines"):
+        if hasattr(module, "takes") and module.takes(source):
+            return module
+    return None
 
 
 def load_part(source: str, part: str) -> ModuleType | None:

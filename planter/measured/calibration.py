@@ -49,6 +49,7 @@ from planter.parallel.task import AUTO, Means, Task
 from planter.progress import Listener, ProgressPhase
 
 FORCE = "N"
+MachineBuilder = Callable[[], Machine]
 ROUNDING, TINY = 1e-6, 1e-30
 """Share of the range of the values below which residuals are rounding of digits, and its offset."""
 

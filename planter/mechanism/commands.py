@@ -1,5 +1,5 @@
-"""The command `planter move`, and what other commands do for every machine that the engine
-takes.
+"""The commands of all machines that the engine takes: analyses, `planter calibrate`, `planter move`,
+and the search of `planter optimise`.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from planter.errors import InputError
+from planter.mechanism import analysis_commands, calibrate_command
 from planter.report.writing import find_proof, interruptible_result, writes_files
 from planter.terminal.console import Console
 from planter.terminal.options import (
@@ -22,24 +23,20 @@ from planter.terminal.options import (
     SeedOption,
     SetOption,
     WorkersOption,
+    join_applications,
     parse_changes,
     refuse_unused,
 )
 
 if TYPE_CHECKING:
-    from planter.engine.drive import Motor
     from planter.engine.machine import Machine
     from planter.engine.search import SearchSpec
-    from planter.files.document import Document
-    from planter.measured.calibration import Calibrated, ValidationMeasurement
-    from planter.measured.reading import Columns
     from planter.mechanism.optimisation import MechanismOptimum
     from planter.optimise.optimiser import Method
     from planter.optimise.range_variance import Sampling
     from planter.parallel.task import Means
-    from planter.progress import Listener
 
-app = typer.Typer()
+app = join_applications(analysis_commands.app, calibrate_command.app)
 
 MechanismArgument = Annotated[
     str,
@@ -48,9 +45,6 @@ MechanismArgument = Annotated[
 
 NO_STAGES = "it has no gear stages"
 REFUSED = {
-    "--flank": "it has no cam whose flanks a paper leaves open",
-    "--target": "no paper reports figures of it; --data takes a measured curve",
-    "--lift": "it lifts assumptions of the planting device",
     "--model": "it has one model, its statement",
     "--teeth": NO_STAGES,
     "--module": NO_STAGES,
@@ -193,71 +187,6 @@ def refuse_options(machine: Machine, options: Mapping[str, bool]) -> None:
             raise InputError(f"{option} does not apply to {machine.name}: {REFUSED[option]}")
 
 
-def run_validate(
-    console: Console, source: str, values: Mapping[str, float], speed_rpm: float | None
-) -> None:
-    """Validate the machine of a file or of a built-in name, and print limits and warnings."""
-    from planter.engine.machine import load_machine
-    from planter.mechanism import cycle, file, machines
-    from planter.mechanism.presentation import present_validation
-
-    if machines.takes(source) and not (mechanism := file.load(source, values)).is_driven:
-        result = cycle.validate_free_motion(mechanism)
-    else:
-        result = cycle.validate_machine(load_machine(source, values, speed_rpm))
-    present_validation(result, source).show(console)
-
-
-def run_simulate(
-    console: Console,
-    machine: Machine,
-    samples: int | None,
-    at_deg: Sequence[float],
-    out: Path | None,
-) -> None:
-    """Simulate a cycle, print it, and write it into a folder if one is named."""
-    from planter.mechanism.cycle import simulate_machine
-    from planter.mechanism.presentation import present_cycle
-
-    present_cycle(simulate_machine(machine, samples, at_deg)).show(console, out)
-
-
-def run_sensitivity(
-    console: Console,
-    machine: Machine,
-    objective: str | None,
-    samples: int | None,
-    all_values: bool,
-    out: Path | None,
-) -> None:
-    """Compute a sensitivity, print it, and write it into a folder if one is named."""
-    from planter.mechanism.optimisation import compute_objective_sensitivity
-    from planter.mechanism.presentation import present_sensitivity
-
-    result = compute_objective_sensitivity(machine, objective, samples, all_values)
-    present_sensitivity(result, machine).show(console, out)
-
-
-def run_drive(
-    console: Console,
-    machine: Machine,
-    motor: Motor,
-    turns: int,
-    start: float | None,
-    samples: int | None,
-    out: Path | None,
-) -> None:
-    """Compute a machine on a motor from a speed [rad/s], print it, and write it into a folder if
-    one is named.
-    """
-    from planter.engine.drive import drive_machine
-    from planter.engine.machine import check_samples
-    from planter.mechanism.presentation import present_drive
-
-    check_samples(samples)
-    present_drive(drive_machine(machine, motor, turns, start, samples)).show(console, out)
-
-
 @dataclass(frozen=True)
 class SearchOptions:
     """Options of a search; None leaves a value to the file or to defaults, and no `prove_seconds`
@@ -366,145 +295,3 @@ def _search_optimum(
     if out is not None:
         drop_file(out / CLOSEST_FILE)
     return optimum
-
-
-def require_measurable(machine: Machine, quantities: Sequence[str]) -> None:
-    """Raise InputError if no quantity or an unknown one is named, ComputationError for one that
-    does not repeat.
-    """
-    from planter.measured.curve import find_measured
-    from planter.measured.sensor_view import find_sensor_view
-    from planter.mechanism.model import require_repeating
-
-    if not quantities:
-        keys = ", ".join(result.key for result in machine.results)
-        raise InputError(f"--quantity must name what was measured: it must be one of {keys}")
-    names = [find_measured(machine, quantity).name for quantity in quantities]
-    view = find_sensor_view(machine)
-    if view is not None and view.quantity.name in names:
-        names += [find_measured(machine, key).name for key in view.needed]
-    require_repeating(machine, dict.fromkeys(names))
-
-
-def calibrate_machine(
-    machine: Machine,
-    data: str | Path,
-    columns: Columns,
-    bounds: Mapping[str, tuple[float, float]],
-    quantity: str | Sequence[str] | None,
-    check: ValidationMeasurement | None = None,
-    seed: int = 0,
-    progress: Listener | None = None,
-    means: Means | None = None,
-    priors: Mapping[str, tuple[float, float]] | None = None,
-) -> Calibrated:
-    """Fit values within `bounds` (display units, by key) to measured curves of one or several
-    quantities.
-
-    Without `quantity` it is that of the file's [measurement]. `means` are the processes of the
-    searches, on which results do not depend; `priors` are those of
-    `planter.measured.calibration.calibrate`. Raises InputError for a file, columns, values or a
-    quantity that cannot be used, ComputationError for a quantity that does not repeat after a
-    cycle.
-    """
-    from planter.measured.calibration import calibrate
-    from planter.measured.sensor_view import list_measured
-    from planter.parallel.task import AUTO
-
-    quantities = list_measured(machine.document, quantity)
-    require_measurable(machine, quantities)
-    builders = {"derived": partial(machine.build, machine.document)}
-    rebuild = machine.document.with_numbers
-    return calibrate(
-        builders,
-        data,
-        columns,
-        bounds,
-        quantities,
-        rebuild,
-        check,
-        seed,
-        progress,
-        means or AUTO,
-        priors,
-    )
-
-
-def run_preview(
-    console: Console,
-    machine: Machine,
-    data: Path,
-    columns: Columns,
-    quantities: Sequence[str],
-    out: Path | None,
-) -> None:
-    """Print what is understood of a measured file, and write it into a folder if one is named.
-
-    Without a column of values, the columns are listed.
-    """
-    from planter.measured.calibration import find_units
-    from planter.measured.curve import find_measured
-    from planter.measured.findings import MeasuredPreview
-    from planter.measured.logger_table import read_logger_table
-    from planter.measured.presentation import present_preview
-    from planter.measured.reading import describe_columns, read_curves
-
-    columns.check_places()
-    table = read_logger_table(data)
-    measured = None
-    if columns.names or columns.has_positions:
-        units = find_units(machine, columns, quantities if columns.names else ())
-        measured = read_curves(table, columns, float(machine.data[machine.speed]), units)
-    result = MeasuredPreview(
-        machine=machine.name,
-        quantity=[find_measured(machine, quantity).key for quantity in quantities],
-        columns=describe_columns(table),
-        reading=None if measured is None else measured.reading,
-        treatment=[table.describe()] if measured is None else list(measured.treatment),
-    )
-    present_preview(machine.document, result, measured, machine.meanings).show(console, out)
-
-
-def run_explain(
-    console: Console,
-    machine: Machine,
-    data: Path,
-    columns: Columns,
-    bounds: Mapping[str, tuple[float, float]],
-    quantities: Sequence[str],
-    seed: int,
-    priors: Mapping[str, tuple[float, float]],
-    out: Path | None,
-    model: str = "derived",
-    angle: str | None = None,
-) -> None:
-    """Print what explains the measured curve of a quantity of a machine, and write it into a folder
-    if one is named.
-    """
-    from planter.engine.wording import name_angle
-    from planter.measured.explanations import read_and_explain
-    from planter.measured.presentation import present_explained
-
-    rebuild = machine.document.with_numbers
-    explained = read_and_explain(
-        machine, model, data, columns, bounds, quantities, rebuild, seed, console.progress, priors
-    )
-    present_explained(
-        machine.document, explained, machine.meanings, angle or name_angle(machine)
-    ).show(console, out)
-
-
-def run_calibrate(
-    console: Console,
-    document: Document,
-    meanings: Mapping[str, str],
-    calibrated: Calibrated,
-    out: Path | None,
-    angle: str = "angle of the drive",
-) -> None:
-    """Print the fit of a file, whose values have `meanings` by path, and write it into a folder if
-    one is named.
-    """
-    from planter.measured.presentation import present_fit
-
-    present_fit(document, calibrated, meanings, angle).show(console, out)

@@ -6,24 +6,24 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from functools import partial
+from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy
 
 from planter.engine.machine import Machine, Quantity, check_samples
-from planter.engine.summary import CycleSummary, PiecewiseCycle, QuantityPeak, build_rows, summarise
+from planter.engine.summary import CycleSummary, QuantityPeak
 from planter.errors import ComputationError, InputError
 from planter.files import units
 from planter.kernels import Array
 from planter.measured.sensor_curve import SensorSignal, measure_cycle
 from planter.measured.sensor_view import find_sensor_view
-from planter.mechanism.dynamics import Dynamics, describe_contradictions
-from planter.mechanism.file import MechanismFile
-from planter.mechanism.model import Model, Periodicity, compare_cycles
+from planter.mechanism.extension import HasMachine, MachineExtension, find_extension, to_machine
+from planter.mechanism.model import MechanismCycle, Model, Periodicity, compare_cycles
 from planter.mechanism.optimisation import evaluate_limits
 from planter.mechanism.results import (
-    AngleValues,
     MachineValidation,
     MechanismCycleResult,
     MechanismLawResult,
@@ -32,34 +32,14 @@ from planter.mechanism.results import (
 )
 from planter.numerics import extrema
 from planter.numerics.arrays import Flags, to_degrees
+from planter.numerics.extrema import ExtremePoint
 from planter.progress import name_step
+
+if TYPE_CHECKING:
+    pass
 
 ANGLE_TOLERANCE = 1e-10
 """Accuracy of the angle at which a contact force changes its sign [rad]."""
-
-
-@dataclass(frozen=True)
-class MechanismCycle:
-    """A cycle: samples of all results in display units (n,) by key, and its result.
-
-    `ends` are the results at the end of the cycle by key; `places` (n,) [m] the coordinates of the
-    bodies' points; a cycle takes `seconds`. `measured` is what the sensor sees, if the file has
-    [measurement].
-    """
-
-    machine: Machine
-    angles_deg: Array
-    columns: dict[str, Array]
-    ends: dict[str, float]
-    places: dict[str, Array]
-    seconds: float
-    result: MechanismCycleResult
-    measured: SensorSignal | None = None
-
-    @property
-    def repeats(self) -> bool:
-        """Whether it ends in the state in which it began."""
-        return not self.result.not_repeating
 
 
 @name_step("computing the cycle")
@@ -76,7 +56,8 @@ def compute_cycle(model: Model, samples: int | None = None) -> MechanismCycle:
     columns = {q.key: values[q.name] / q.factor for q in machine.results}
     repeats = compare_cycles(model, angles, values)
     limits = evaluate_limits(machine, repeats.changes) if machine.limits else None
-    designer, warnings = _summarise(machine, repeats.changes)
+    extension = find_extension(machine)
+    designer, warnings = _summarise(extension, repeats.changes)
     peaks = {peak.name: peak for peak in designer.peaks} if designer else {}
     quantities = {
         q.key: read_peak(q, peaks[q.name])
@@ -92,8 +73,8 @@ def compute_cycle(model: Model, samples: int | None = None) -> MechanismCycle:
         work=_compute_works(model, quantities, seconds),
         laws=list(_check_laws(machine, values)),
         warnings=[
-            *repeats.list_warnings(float(np.degrees(machine.turn))),
-            *list_lift_offs(model, angles, values, not repeats.changes),
+            *repeats.list_warnings(float(np.degrees(machine.turn)), extension.advancing),
+            *list_lift_offs(model, angles, values, not repeats.changes, peaks),
             *warnings,
         ],
         repeats_after_turns=repeats.turns,
@@ -203,29 +184,51 @@ def _check_laws(machine: Machine, values: Mapping[str, Array]) -> Iterator[Mecha
 
 
 def list_lift_offs(
-    model: Model, angles: Array, values: Mapping[str, Array], repeats: bool = True
+    model: Model,
+    angles: Array,
+    values: Mapping[str, Array],
+    repeats: bool = True,
+    peaks: Mapping[str, QuantityPeak] | None = None,
 ) -> list[MechanismWarning]:
     """Return a warning for every interval of a cycle in which a contact would have to pull.
 
     `angles` (n,) [rad] are equal steps of a cycle, `values` the quantities there; `repeats` says
     whether the cycle ends as it began. An interval between two samples is found if the force has a
-    minimum there.
+    minimum there; `peaks` are the true extremes that are already known.
     """
-    contacts = [quantity.name for quantity in model.machine.quantities if quantity.is_push]
-    return [
-        MechanismWarning(name="contact_would_pull", angle_deg=float(angle), message=message)
-        for name in contacts
-        for angle, message in _describe_lift_off(model, name, angles, values[name], repeats)
-    ]
+    warnings = []
+    for quantity in model.machine.quantities:
+        if not quantity.is_push:
+            continue
+        name, peak = quantity.name, (peaks or {}).get(quantity.name)
+        if peak is None:
+            lowest = extrema.find_minimum(partial(_evaluate, model, name), angles, closed=repeats)
+        else:
+            lowest = ExtremePoint(np.radians(peak.min_phi_deg), peak.min * quantity.factor)
+        intervals = _describe_lift_off(model, name, angles, values[name], repeats, lowest)
+        warnings += [
+            MechanismWarning(name="contact_would_pull", phi_deg=float(angle), message=message)
+            for angle, message in intervals
+        ]
+    return warnings
+
+
+def _evaluate(model: Model, name: str, angles: Array) -> Array:
+    """Return a quantity (n,) at angles (n,) [rad]."""
+    return model(angles)[name]
 
 
 def _describe_lift_off(
-    model: Model, name: str, angles: Array, values: Array, repeats: bool
+    model: Model,
+    name: str,
+    angles: Array,
+    values: Array,
+    repeats: bool,
+    lowest: ExtremePoint,
 ) -> Iterator[tuple[float, str]]:
     """Yield the angle [deg] at which each interval of a negative contact force begins, and a
     message.
     """
-    lowest = extrema.find_minimum(lambda at: model(at)[name], angles, closed=repeats)
     if lowest.value >= 0:
         return
     force = f"{name} ({model.machine.find_quantity(name).meaning}) falls to {lowest.value:.4g} N"
@@ -287,33 +290,42 @@ def _find_sign_change(model: Model, name: str, places: Array, k: int) -> float:
 
 
 def simulate_machine(
-    machine: Machine, samples: int | None = None, at_deg: Sequence[float] = ()
+    machine: Machine | HasMachine,
+    samples: int | None = None,
+    at_deg: Sequence[float] = (),
+    lift_mm: float | None = None,
 ) -> MechanismCycle:
     """Return the cycle of a machine with its summary for the designer, and results at single angles
     [deg].
 
-    Raises InputError for a number of samples out of range, or an angle that is not finite;
-    ComputationError as the model does.
+    With `lift_mm`, the module of its teeth, the assumptions of a model that has some are relaxed
+    one by one. Raises InputError for a number of samples out of range, an angle that is not finite,
+    or a model whose assumptions cannot be relaxed; ComputationError as the model does.
     """
+    machine = to_machine(machine)
     check_samples(samples)
     check_angles(at_deg)
-    model = Model(machine)
+    extension, model = find_extension(machine), Model(machine)
     cycle = compute_cycle(model, samples)
+    key, rows = f"{machine.angle}_deg", model.results(np.radians(at_deg)) if len(at_deg) else {}
     at = [
-        AngleValues(
-            float(angle),
-            {key: float(values[0]) for key, values in model.results(np.radians([angle])).items()},
-        )
-        for angle in at_deg
+        {key: float(angle)} | {name: float(row[index]) for name, row in rows.items()}
+        for index, angle in enumerate(at_deg)
     ]
     measured, sensor_warnings = measure_sensor(cycle)
     result = replace(
         cycle.result,
-        at=at or None,
-        warnings=[*cycle.result.warnings, *sensor_warnings],
+        at=at,
+        warnings=[
+            *extension.list_warnings(),
+            *_list_bound_warnings(machine),
+            *cycle.result.warnings,
+            *sensor_warnings,
+        ],
         measurement=None if measured is None else measured.result,
     )
-    return replace(cycle, result=result, measured=measured)
+    cycle = replace(cycle, result=result, measured=measured)
+    return replace(cycle, result=extension.extend_cycle(cycle, lift_mm))
 
 
 def check_angles(at_deg: Sequence[float]) -> None:
@@ -323,29 +335,29 @@ def check_angles(at_deg: Sequence[float]) -> None:
 
 
 def _summarise(
-    machine: Machine, changing: Collection[str]
+    extension: MachineExtension, changing: Collection[str]
 ) -> tuple[CycleSummary | None, list[MechanismWarning]]:
     """Return the designer's summary, and a warning for each quantity with a pole, which the summary
     lacks.
     """
     try:
-        cycle = PiecewiseCycle(machine, build_rows(machine))
+        cycle = extension.open_cycle()
         poles = {name: pole for name in cycle.names if (pole := cycle.find_pole(name)) is not None}
         warnings = [
             _warn_of_samples(f"{name} has a pole, or no value", float(np.degrees(pole)))
             for name, pole in poles.items()
         ]
-        return summarise(cycle, changing), warnings
+        return extension.summarise(cycle, changing), warnings
     except ComputationError as error:
         return None, [_warn_of_samples(error.message, 0.0)]
 
 
-def _warn_of_samples(reason: str, angle_deg: float) -> MechanismWarning:
+def _warn_of_samples(reason: str, phi_deg: float) -> MechanismWarning:
     message = (
-        f"{reason} at {angle_deg:.6g} deg: its extremes and means are those of the samples, "
+        f"{reason} at {phi_deg:.6g} deg: its extremes and means are those of the samples, "
         f"not true ones"
     )
-    return MechanismWarning(name="no_summary", angle_deg=angle_deg, message=message)
+    return MechanismWarning(name="no_summary", phi_deg=phi_deg, message=message)
 
 
 def measure_sensor(cycle: MechanismCycle) -> tuple[SensorSignal | None, list[MechanismWarning]]:
@@ -360,50 +372,31 @@ def measure_sensor(cycle: MechanismCycle) -> tuple[SensorSignal | None, list[Mec
             f"what the sensor sees is missing: {', '.join(changing)} does not end the cycle "
             f"as it began it"
         )
-        return None, [MechanismWarning(name="no_measurement", angle_deg=0.0, message=message)]
+        return None, [MechanismWarning(name="no_measurement", phi_deg=0.0, message=message)]
     return measure_cycle(cycle.machine, np.radians(cycle.angles_deg), cycle.columns), []
 
 
-def validate_machine(machine: Machine) -> MachineValidation:
+def validate_machine(machine: Machine | HasMachine) -> MachineValidation:
     """Return limits and warnings of a machine whose file is valid.
 
     Raises ComputationError if its loops do not close at some angle of the cycle.
     """
-    cycle = compute_cycle(Model(machine)).result
-    return MachineValidation(
+    machine = to_machine(machine)
+    extension, cycle = find_extension(machine), compute_cycle(Model(machine)).result
+    result = MachineValidation(
         machine=machine.name,
         valid=True,
         design=list(machine.design_names),
         own_numbers=machine.document.own_numbers(),
         holds=cycle.holds,
         met=cycle.met,
-        warnings=[*_list_bound_warnings(machine), *cycle.warnings],
+        warnings=[
+            *extension.list_warnings(),
+            *_list_bound_warnings(machine),
+            *cycle.warnings,
+        ],
     )
-
-
-def validate_free_motion(mechanism: MechanismFile) -> MachineValidation:
-    """Return the entries of a mechanism's initial state that its constraints change, as warnings.
-
-    Raises ComputationError if no state near the stated one satisfies its constraints, InputError if
-    none does while what is named to hold does.
-    """
-    dynamics = Dynamics(mechanism)
-    stated, start, contradictions = (
-        dynamics.stated,
-        dynamics.find_start(),
-        dynamics.find_contradictions(),
-    )
-    warnings = []
-    for index in dynamics.find_changes(start):
-        name = dynamics.names[index]
-        message = f"the constraints change it from {stated[index]:.6g} to {start[index]:.6g} (SI)"
-        if name in contradictions:
-            message = describe_contradictions({name: contradictions[name]})
-        warnings.append(MechanismWarning(name=name, message=message))
-    numbers = mechanism.own_numbers()
-    return MachineValidation(
-        machine=mechanism.name, valid=True, design=[], own_numbers=numbers, warnings=warnings
-    )
+    return extension.extend_validation(result)
 
 
 def _list_bound_warnings(machine: Machine) -> Iterator[MechanismWarning]:

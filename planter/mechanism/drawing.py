@@ -33,8 +33,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from planter.engine.drive import Drive
-    from planter.mechanism.cycle import MechanismCycle
     from planter.mechanism.ensemble import MechanismEnsemble
+    from planter.mechanism.model import MechanismCycle
 
 UNIT_WORDS = {
     "N": "force",

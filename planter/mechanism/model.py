@@ -12,6 +12,7 @@ from collections.abc import Collection, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -21,8 +22,13 @@ from planter.engine.rows import COMPARED, FLOOR, SHARE
 from planter.errors import ComputationError
 from planter.files import units
 from planter.kernels import Array, Kernel
-from planter.mechanism.results import MechanismWarning
+from planter.measured.sensor_curve import SensorSignal
+from planter.mechanism.results import MechanismCycleResult, MechanismWarning
 from planter.numerics.arrays import TURN
+from planter.records.record import build_frame
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
 
 SIDE_STEP = 1e-9
 """Distance of the one-sided values from an angle [rad]: above the rounding of angles, below any
@@ -36,19 +42,21 @@ MOST_NAMED = 4
 
 class Model:
     """A machine along its angle: all quantities by name, at its values or at others ``data`` (v,);
-    SI and radians.
+        SI and radians.
 
-    >>> import numpy as np
-    >>> from planter import load_mechanism
-    >>> machine = Model(load_mechanism("wang2017"))
-    >>> machine.speed == 40 * 2 * np.pi / 60
-    True
-    >>> np.degrees(machine.list_angles(4))
-    array([  0.,  90., 180., 270.])
-    >>> machine(np.radians([0.0, 90.0]))["x_tip"].round(4)
-    array([-0.1177, -0.1796])
-    >>> machine.results(np.radians([0.0, 90.0]))["tip_x_mm"].round(1)
-    array([-117.7, -179.6])
+        >>> from typing import TYPE_CHECKING, Any
+
+    import numpy as np
+        >>> from planter import load_mechanism
+        >>> machine = Model(load_mechanism("wang2017"))
+        >>> machine.speed == 40 * 2 * np.pi / 60
+        True
+        >>> np.degrees(machine.list_angles(4))
+        array([  0.,  90., 180., 270.])
+        >>> machine(np.radians([0.0, 90.0]))["x_tip"].round(4)
+        array([-0.1177, -0.1796])
+        >>> machine.results(np.radians([0.0, 90.0]))["tip_x_mm"].round(1)
+        array([-117.7, -179.6])
     """
 
     def __init__(self, machine: Machine, data: Array | None = None) -> None:
@@ -117,6 +125,56 @@ class Model:
 
 
 @dataclass(frozen=True)
+class MechanismCycle:
+    """A cycle: samples of all results in display units (n,) by key, and its result.
+
+    `ends` are the results at the end of the cycle by key; `places` (n,) [m] the coordinates of the
+    bodies' points; a cycle takes `seconds`. `measured` is what the sensor sees, if the file has
+    [measurement].
+    """
+
+    machine: Machine
+    angles_deg: Array
+    columns: dict[str, Array]
+    ends: dict[str, float]
+    places: dict[str, Array]
+    seconds: float
+    result: MechanismCycleResult
+    measured: SensorSignal | None = None
+
+    @property
+    def repeats(self) -> bool:
+        """Whether it ends in the state in which it began."""
+        return not self.result.not_repeating
+
+    def table(self) -> dict[str, Array]:
+        """Return the angle, all results, and what the sensor sees, as columns (n,) [in the units of
+        the keys].
+        """
+        angle = {f"{self.machine.angle}_deg": self.angles_deg}
+        return angle | self.columns | ({} if self.measured is None else self.measured.column)
+
+    def to_frame(self) -> DataFrame:
+        """Return the columns as a table of pandas.
+
+        Raises InputError where pandas is missing (`planter[notebook]` brings it).
+        """
+        return build_frame(self.table())
+
+    def show(self) -> Any:
+        """Return a notebook widget that animates the machine.
+
+        Raises InputError if anywidget is missing.
+        """
+        from planter.view.animation import show_object
+
+        return show_object(self if self.machine.subject is None else self.machine.subject)
+
+    def _repr_html_(self) -> str:
+        return self.result._repr_html_()
+
+
+@dataclass(frozen=True)
 class Periodicity:
     """The differences of a mechanism's results between a cycle and the next one.
 
@@ -131,9 +189,14 @@ class Periodicity:
     turns: int | None
     obstacle: str = ""
 
-    def list_warnings(self, angle_deg: float) -> list[MechanismWarning]:
-        """Return one warning if the cycle, which ends at an angle, does not end as it began."""
-        if not self.changes:
+    def list_warnings(
+        self, phi_deg: float, expected: Collection[str] = ()
+    ) -> list[MechanismWarning]:
+        """Return one warning if the cycle, which ends at an angle, does not end as it began.
+
+        Quantities whose keys are `expected` to change need none.
+        """
+        if not self.changes.keys() - set(expected):
             return []
         after = (
             f"repeats after {self.turns} turns"
@@ -147,7 +210,7 @@ class Periodicity:
             "what does not repeat are not given, and its extremes are those of this "
             f"turn alone{'' if self.obstacle else f'; it {after}'}"
         )
-        return [MechanismWarning(name="does_not_repeat", angle_deg=angle_deg, message=message)]
+        return [MechanismWarning(name="does_not_repeat", phi_deg=phi_deg, message=message)]
 
     def _describe_changes(self) -> str:
         """Return the first quantities that do not repeat, with their changes."""

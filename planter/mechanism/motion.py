@@ -15,10 +15,13 @@ import scipy
 from planter.errors import ComputationError, InputError
 from planter.files import units
 from planter.kernels import Array
-from planter.mechanism.dynamics import Dynamics, find_independent_rows
+from planter.mechanism.dynamics import Dynamics, describe_contradictions, find_independent_rows
+from planter.mechanism.file import MechanismFile
 from planter.mechanism.results import (
     ChangedStart,
+    MachineValidation,
     MechanismEnergy,
+    MechanismWarning,
     MotionEvent,
     MotionResult,
     QuantityHistory,
@@ -263,3 +266,28 @@ def _find_basis(slopes: Array, names: Sequence[str], free: Sequence[str] | None)
     basis[chosen] = np.eye(len(chosen))
     basis[rest] = -np.linalg.solve(slopes[:, rest], slopes[:, chosen])
     return basis
+
+
+def validate_free_motion(mechanism: MechanismFile) -> MachineValidation:
+    """Return the entries of a mechanism's initial state that its constraints change, as warnings.
+
+    Raises ComputationError if no state near the stated one satisfies its constraints, InputError if
+    none does while what is named to hold does.
+    """
+    dynamics = Dynamics(mechanism)
+    stated, start, contradictions = (
+        dynamics.stated,
+        dynamics.find_start(),
+        dynamics.find_contradictions(),
+    )
+    warnings = []
+    for index in dynamics.find_changes(start):
+        name = dynamics.names[index]
+        message = f"the constraints change it from {stated[index]:.6g} to {start[index]:.6g} (SI)"
+        if name in contradictions:
+            message = describe_contradictions({name: contradictions[name]})
+        warnings.append(MechanismWarning(name=name, message=message))
+    numbers = mechanism.own_numbers()
+    return MachineValidation(
+        machine=mechanism.name, valid=True, design=[], own_numbers=numbers, warnings=warnings
+    )

@@ -39,6 +39,7 @@ from planter.engine.summary import ROUNDING
 from planter.engine.wording import describe_measure, describe_sum
 from planter.errors import InputError
 from planter.kernels import Array
+from planter.mechanism.extension import HasMachine, to_machine
 from planter.mechanism.model import require_repeating
 from planter.mechanism.results import (
     ActiveLimit,
@@ -453,20 +454,21 @@ def _record(
 
 
 def compute_objective_sensitivity(
-    machine: Machine,
-    objective: str | None = None,
+    machine: Machine | HasMachine,
     samples: int | None = None,
+    least: str | None = None,
     all_values: bool = False,
 ) -> SensitivityResult:
-    """Return the sensitivity of a file's objective, or of another, in the values that have bounds,
-    or in all.
+    """Return the sensitivity of a file's objective, or of the sum `least`, in the values that have
+    bounds, or in all.
 
     Without `samples` it is that of true extremes, unless the file asks for samples. Raises
     InputError for a file without a sum or bounds; ComputationError for the mean of what does not
     repeat after a cycle.
     """
+    machine = to_machine(machine)
     check_samples(samples)
-    goal = StatedGoal.read(machine, objective)
+    goal = StatedGoal.read(machine, least)
     goal.require_objective()
     if not (machine.moved or all_values):
         raise InputError(

@@ -27,12 +27,11 @@ from planter.measured.sensor_presentation import (
     list_measurement_sections,
 )
 from planter.mechanism import drawing
-from planter.mechanism.cycle import MechanismCycle, compute_cycle
+from planter.mechanism.cycle import compute_cycle
 from planter.mechanism.drawing import PlotAxis
-from planter.mechanism.ensemble import QUANTILES, MechanismEnsemble
+from planter.mechanism.extension import find_extension
 from planter.mechanism.file import MechanismFile
-from planter.mechanism.model import Model
-from planter.mechanism.motion import MechanismMotion
+from planter.mechanism.model import MechanismCycle, Model
 from planter.mechanism.optimisation import MechanismOptimum, UnfinishedOptimum
 from planter.mechanism.results import (
     ChangedStart,
@@ -54,6 +53,7 @@ from planter.report.labels import (
     format_label,
     format_name,
     list_values,
+    tabulate_angles,
     tabulate_named,
 )
 from planter.report.presentation import (
@@ -71,6 +71,9 @@ from planter.view.animation import MotionBlock as MotionBlock
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+    from planter.mechanism.ensemble import MechanismEnsemble
+    from planter.mechanism.motion import MechanismMotion
 
 CHANGED_START = (
     "The constraints change these values of the start; `hold` of `begin` names those "
@@ -100,24 +103,27 @@ MOTION_CAPTION = (
 
 
 def present_cycle(cycle: MechanismCycle) -> ResultPresentation:
-    """Return the presentation of a cycle: quantities, works, laws, limits."""
-    result = cycle.result
+    """Return the presentation of a cycle: quantities, works, laws, limits, and what its kind of
+    machine adds.
+    """
+    result, extension = cycle.result, find_extension(cycle.machine)
     title = f"Cycle of {result.machine} in {result.samples} samples"
     sections = [
+        *extension.list_sections(result),
         *_list_cycle_sections(cycle),
         *list_measurement_sections(result.measurement),
         *list_limit_sections(result.holds or ()),
     ]
-    return _present(
-        _describe_machine(cycle.machine),
-        title,
-        result,
-        sections,
-        conclusion=_conclude_cycle(result),
-        key_figures=list(_list_cycle_figures(result)),
-        captions={FIGURE: CAPTION},
+    added = extension.list_parts(result)
+    key_figures = [*added.get("key_figures", ()), *_list_cycle_figures(result)]
+    parts = {
+        "conclusion": _conclude_cycle(result),
+        **added,
+        "key_figures": key_figures[:MOST_KEY_FIGURES],
+        "captions": {FIGURE: CAPTION, **added.get("captions", {})},
         **_draw_cycle(title, lambda: cycle, cycle.measured),
-    )
+    }
+    return _present(_describe_machine(cycle.machine), title, result, sections, **parts)
 
 
 def present_optimum(optimum: MechanismOptimum) -> ResultPresentation:
@@ -394,6 +400,8 @@ def _tabulate_ensemble(ensemble: MechanismEnsemble) -> Mapping[str, Mapping[str,
     """Return the bands over time with the median separation, and the statistics of each period of
     each run.
     """
+    from planter.mechanism.ensemble import QUANTILES  # free motions alone need its solvers
+
     bands = {
         f"p{share}_{key}": line
         for key, band in ensemble.bands.items()
@@ -416,10 +424,16 @@ def _tabulate_ensemble(ensemble: MechanismEnsemble) -> Mapping[str, Mapping[str,
     }
 
 
-def present_validation(result: MachineValidation, source: str) -> ResultPresentation:
+def present_validation(
+    result: MachineValidation, source: str, machine: Machine | None = None
+) -> ResultPresentation:
     """Return the presentation of a valid file: its limits and warnings."""
     design = f"; design values {', '.join(result.design)}" if result.design else ""
-    sections = [*list_limit_sections(result.holds or ()), *list_own_sections(result.own_numbers)]
+    sections = [
+        *(() if machine is None else find_extension(machine).list_sections(result)),
+        *list_limit_sections(result.holds or ()),
+        *list_own_sections(result.own_numbers),
+    ]
     return ResultPresentation(
         f"{source}: valid{design}", result, [*sections, *list_warning_sections(result.warnings)]
     )
@@ -552,6 +566,7 @@ def _draw_cycle(
 
     def animate() -> Iterator[MotionBlock]:
         cycle = find_cycle()
+        yield from find_extension(cycle.machine).animate()
         if cycle.places:
             axis = PlotAxis.from_cycle(cycle)
             scene = drawing.build_scene(
@@ -560,7 +575,10 @@ def _draw_cycle(
             yield MotionBlock(scene, MOTION_CAPTION)
 
     return _draw_quantities(
-        lambda: (PlotAxis.from_cycle(find_cycle()), find_cycle().columns), animate, measured
+        lambda: (PlotAxis.from_cycle(find_cycle()), find_cycle().columns),
+        animate,
+        measured,
+        lambda: find_extension(find_cycle().machine).draw_figures(),
     )
 
 
@@ -568,14 +586,16 @@ def _draw_quantities(
     find_curves: Callable[[], tuple[PlotAxis, Mapping[str, Array]]],
     animate: Callable[[], Iterable[MotionBlock]],
     measured: SensorSignal | None = None,
+    draw_first: Callable[[], Mapping[str, Figure]] = dict,
 ) -> dict[str, Any]:
     """Return figures, table and moving scene of quantities (n,) by key over an axis, and of what a
-    sensor sees.
+    sensor sees; `draw_first` makes figures that come before these.
     """
 
     def draw() -> dict[str, Figure]:
         axis, columns = find_curves()
         return {
+            **draw_first(),
             **draw_signals(measured, axis.label, axis.end),
             **dict(drawing.draw_curves(columns, axis)),
         }
@@ -611,20 +631,11 @@ def _list_cycle_sections(cycle: MechanismCycle) -> Iterator[Section]:
     if result.work:
         yield Section("Work of a cycle", [list_values(result.work)])
     if result.designer is not None:
-        yield Section(
-            "Designer's summary", [*tables.summary_tables(result.designer), Text(ONE_SIDED, "note")]
-        )
+        blocks = find_extension(cycle.machine).list_summary_blocks(result.designer)
+        yield Section("Designer's summary", [*blocks, Text(ONE_SIDED, "note")])
     if result.at:
-        angles = [f"at {values.angle_deg:.6g} deg" for values in result.at]
-        cells: list[tuple[str | float, ...]] = [
-            (
-                format_name(key),
-                *(values.quantities[key] for values in result.at),
-                units.display_unit(key),
-            )
-            for key in result.quantities
-        ]
-        yield Section("At single angles", [Table(("quantity", *angles, "unit"), cells)])
+        angle = f"{cycle.machine.angle}_deg"
+        yield Section("At single angles", [tabulate_angles(result.at, angle)])
     if result.laws:
         laws = [(law.law, float(f"{law.violation:.2g}"), law.unit) for law in result.laws]
         yield Section("Laws", [Table(("law", "largest violation", "unit"), laws)])

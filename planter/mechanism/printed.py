@@ -140,8 +140,6 @@ def _find_unit(question: MeasureQuestion, parsed: Measure, si_unit: str) -> Unit
 SEEN = "measured_"
 """Beginning of the name of what a sensor sees."""
 SIGNAL_KINDS: tuple[Kind, ...] = ("max", "min", "range", "mean", "variance", "std", "rms", "at")
-EXTREME_SAMPLES = 720
-"""Samples of a cycle among which extremes are searched."""
 MEAN_SAMPLES = 7200
 """Samples of a mean over a cycle: exact to rounding for a smooth quantity, to 1e-4 of a jump
 otherwise.

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
-from planter.engine.sensitivity import Direction
+from planter.engine.drive import DriveResult
+from planter.engine.sensitivity import Direction, SensitivityResult
 from planter.engine.summary import CycleSummary
 from planter.measured.findings import MeasurementResult
 from planter.optimise.proof.search import GlobalBound
 from planter.optimise.result import EvaluationCounts
 from planter.records import Record, WarningRecord
+from planter.workshop.cam_results import Cam
 
 
 @dataclass(frozen=True)
@@ -44,10 +46,10 @@ class MechanismLawResult(Record):
 
 @dataclass(frozen=True, kw_only=True)
 class MechanismWarning(WarningRecord):
-    """A warning, with the angle at which it begins if it has one."""
+    """A warning, with the angle of the drive at which its cause begins if it has one."""
 
     name: str
-    angle_deg: float | None = None
+    phi_deg: float | None = None
     message: str
 
 
@@ -70,26 +72,18 @@ class LimitResult(Record):
     price: float | None = None
 
 
-@dataclass(frozen=True)
-class AngleValues(Record):
-    """All quantities at an angle of the drive [deg], by key."""
-
-    angle_deg: float
-    quantities: dict[str, float]
-
-
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class MechanismCycleResult(Record):
-    """A cycle of a mechanism; works [J] by the names of their powers, null if the power does not
+    """A cycle of a machine; works [J] by the names of their powers, null if the power does not
     repeat.
 
     `repeats_after_turns` is 1 if the cycle ends in the state in which it began, null if no number
     of cycles is known after which it does; `not_repeating` has the largest difference, a cycle
     later, of each quantity that does not repeat, in its unit, or null if the next cycle cannot be
     computed. Angles are compared modulo 360 deg. `holds` are the limits of the file, if it has any,
-    and `met` says whether all of them are satisfied. `at` are the requested angles. `designer` has
-    true extremes; a warning explains if it is missing. `measurement` is what the sensor sees, if
-    the file has [measurement].
+    and `met` says whether all of them are satisfied. `at` has all quantities at the requested
+    angles, by key, with the angle of the drive. `designer` has true extremes; a warning explains if
+    it is missing. `measurement` is what the sensor sees, if the file has [measurement].
     """
 
     machine: str
@@ -102,7 +96,7 @@ class MechanismCycleResult(Record):
     not_repeating: dict[str, float | None]
     holds: list[LimitResult] | None = None
     met: bool | None = None
-    at: list[AngleValues] | None = None
+    at: list[dict[str, float]] = field(default_factory=list)
     designer: CycleSummary | None = None
     measurement: MeasurementResult | None = None
 
@@ -327,5 +321,11 @@ class MechanismOptimumResult(Record):
     front: list[FrontDesign] | None = None
 
 
-COMMANDS = {"move": MotionResult | EnsembleResult, "optimise least": MechanismOptimumResult}
+COMMANDS = {
+    "cam": Cam,
+    "drive": DriveResult,
+    "sensitivity": SensitivityResult,
+    "move": MotionResult | EnsembleResult,
+    "optimise least": MechanismOptimumResult,
+}
 """Results by command."""

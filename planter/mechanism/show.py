@@ -23,8 +23,8 @@ from planter.view.subject import (
 )
 
 if TYPE_CHECKING:
-    from planter.mechanism.cycle import MechanismCycle
     from planter.mechanism.file import MechanismFile
+    from planter.mechanism.model import MechanismCycle
     from planter.view.scene import Scene
     from planter.view.subject import Portable
 
@@ -179,6 +179,17 @@ class MechanismView:
             cycle = compute_cycle(Model(build_machine(self._with_values(values))))
             self._latest = dict(values), replace(cycle, measured=measure_sensor(cycle)[0])
         return self._latest[1]
+
+
+def build_scene(thing: object) -> Scene | None:
+    """Return the motion of a cycle, None of anything else."""
+    from planter.mechanism.drawing import PlotAxis, build_scene
+    from planter.mechanism.model import MechanismCycle
+
+    if not isinstance(thing, MechanismCycle):
+        return None
+    axis, machine = PlotAxis.from_cycle(thing), thing.machine
+    return build_scene(machine.name, axis, thing.seconds, thing.columns, thing.places, machine)
 
 
 def open_view(source: str, changes: Values) -> MechanismView:

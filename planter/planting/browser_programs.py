@@ -13,8 +13,7 @@ import numpy as np
 from planter.files import units
 from planter.kernels.programs import Program, ProgramStep
 from planter.optimise.sampled_cycle import sample_angles
-from planter.planting import cycle
-from planter.planting.model import Device
+from planter.planting.model import Device, list_keys
 from planter.planting.objective import read_weights
 from planter.view.subject import Input, Portable
 
@@ -42,6 +41,11 @@ TOLD = ("support_N", "M_L_Nm", "F_E_N")
 AXES = 4
 """x and y of the inner gear of a stage, then those of the outer."""
 Known = Mapping[str, ca.SX]
+
+
+def name_over_samples(name: str, samples: int) -> str:
+    """Return the name of a number computed from samples of a cycle, not exactly."""
+    return f"{name}, {samples} samples"
 
 
 class DeviceColumns:
@@ -106,7 +110,7 @@ class DeviceColumns:
         side, _, totals = self.device.functions.both
         values_by_key: dict[str, ca.SX] = {}
         for vector, values in (("side", side), ("totals", totals)):
-            keys = cycle.list_keys(vectors[vector])
+            keys = list_keys(vectors[vector])
             values_by_key |= {
                 key: v / units.unit_factor(key)
                 for key, v in zip(keys, ca.vertsplit(values), strict=True)
@@ -127,7 +131,7 @@ class DeviceColumns:
             zip(self.device.formulas.entries("mounting"), ca.vertsplit(x), strict=False)
         )
         return mounting | {
-            f"a{k}": h[place] for k, place in enumerate(cycle.find_distance_indices(self.device), 1)
+            f"a{k}": h[place] for k, place in enumerate(self.device.distance_places, 1)
         }
 
     def _contact(self, stage: int, t: ca.SX) -> dict[str, ca.SX]:
@@ -202,8 +206,8 @@ class Singles:
         _, c, h, _, samples = self.inputs
         support, torque, cam = ca.horzsplit(samples)
         high, low = ca.mmax(support), ca.mmin(support)
-        over = partial(cycle.name_over_samples, samples=self.device.machine.objective.samples)
-        first, second = (1e3 * h[at] for at in cycle.find_distance_indices(self.device))
+        over = partial(name_over_samples, samples=self.device.machine.objective.samples)
+        first, second = (1e3 * h[at] for at in self.device.distance_places)
         return {
             over("objective (31)"): objective(self.device, support),
             over("range of the support force"): high - low,
@@ -273,8 +277,8 @@ def _seen(rows: DeviceColumns, singles: Singles, moments: int, corners: int) -> 
     data = {
         "x": device.design,
         "c": device.constants,
-        "phi": cycle.sample_angles(moments),
-        "sampled": cycle.sample_angles(device.machine.objective.samples),
+        "phi": device.engine.list_angles(moments),
+        "sampled": device.engine.list_angles(),
         "around": 2 * np.pi * np.arange(corners) / (corners - 1),
     }
     return Program(

@@ -8,9 +8,7 @@ cam that only pushes.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
-from functools import partial
-from pathlib import Path
+from collections.abc import Collection, Sequence
 
 import numpy as np
 
@@ -18,27 +16,22 @@ from planter.engine.machine import Machine
 from planter.errors import InputError
 from planter.files import paths
 from planter.kernels import Array
-from planter.measured import calibration
-from planter.measured.calibration import Calibrated, ValidationMeasurement
-from planter.measured.reading import Columns
-from planter.measured.sensor_view import list_measured
 from planter.parallel.jobs import run_in_order
 from planter.parallel.task import AUTO, Means, Task
-from planter.planting import cycle, functions, simulation
-from planter.planting.attainable_force import find_largest_range
+from planter.planting import functions
 from planter.planting.file import PlantingMachine
 from planter.planting.functions import MODELS, Model
-from planter.planting.machines import build_machine
 from planter.planting.model import Device
 from planter.planting.objective import evaluate_true_extremes
+from planter.planting.plausible import find_implausible_values
 from planter.planting.results import (
     CalibrationFound,
     CalibrationTradeoff,
     Distance,
     Fitted,
-    LargestRange,
     ModelFitted,
     OtherModel,
+    Statistics,
 )
 from planter.planting.unpublished_inputs import (
     DEG,
@@ -110,7 +103,7 @@ def calibrate(
         )
     own_fit, other = best[model], next(m for m in MODELS if m != model)
     other_device = _build_fitted_device(own_fit, other)
-    other_force = cycle.compute_statistics(_sample_support(other_device))
+    other_force = Statistics.of_samples(_sample_support(other_device))
     other_mean = evaluate_true_extremes(other_device, other_device.design).mean_N
     device = own_fit.force.device
     return CalibrationFound(
@@ -124,7 +117,6 @@ def calibrate(
         },
         other_model=OtherModel(other_force.range_N, other_force.variance_N2, other_mean),
         models=records,
-        largest_range_N=_search_largest_range(best["exact"].force),
     )
 
 
@@ -265,7 +257,7 @@ def _state_result(fit: ForceFit, model: Model, target: str) -> str:
 
 def _measure_distance(fit: ForceFit) -> Distance:
     on = [p for p, z in zip(fit.force.inputs.paths, fit.z, strict=True) if min(z, 1 - z) < AT_BOUND]
-    unusual = [warned.message for warned in simulation.find_implausible_values(fitted_machine(fit))]
+    unusual = [warned.message for warned in find_implausible_values(fitted_machine(fit))]
     return Distance(fit.distance, on, unusual)
 
 
@@ -282,61 +274,9 @@ def _build_fitted_device(fit: ForceFit, model: Model) -> Device:
 
 def _sample_support(device: Device) -> Array:
     at = device.prologue(device.design)
-    return device.support(at, cycle.sample_angles(device.machine.objective.samples))
-
-
-def _search_largest_range(force: CalibrationForce) -> LargestRange:
-    """Return the largest ranges for law and events of the exact model's fit;
-    `planter audit --front` tries all laws.
-    """
-    points = [find_largest_range(force, pushing, _draw_starts(force)) for pushing in (True, False)]
-    return LargestRange(*(None if point is None else point.range for point in points))
-
-
-SUPPORT = "support_N"
-
-
-def calibrate_to_data(
-    machine: PlantingMachine,
-    model: Model,
-    data: str | Path,
-    columns: Columns,
-    bounds: Mapping[str, tuple[float, float]],
-    quantity: str | Sequence[str] | None = None,
-    check: ValidationMeasurement | None = None,
-    seed: int = 0,
-    progress: Listener | None = None,
-    means: Means = AUTO,
-    priors: Mapping[str, tuple[float, float]] | None = None,
-) -> Calibrated:
-    """Fit chosen inputs within `bounds` (display units, by path) to curves in a CSV file, in both
-    models.
-
-    The curves are of `quantity`, unless it is given that of [measurement], else the support force.
-    `model` is reported first, `means` says what runs the searches, `priors` are those of
-    `planter.measured.calibration.calibrate`. Raises InputError for a file, columns or inputs that
-    cannot be used.
-    """
-    models = (model, *(other for other in MODELS if other != model))
-    builders: dict[str, Callable[[], Machine]] = {
-        each: partial(build_engine_machine, machine, each) for each in models
-    }
-    quantities = list_measured(machine, quantity, (SUPPORT,))
-    return calibration.calibrate(
-        builders,
-        data,
-        columns,
-        bounds,
-        quantities,
-        machine.with_numbers,
-        check,
-        seed,
-        progress,
-        means,
-        priors,
-    )
+    return device.support(at, device.engine.list_angles())
 
 
 def build_engine_machine(machine: PlantingMachine, model: Model) -> Machine:
     """Return the machine of a device in a model."""
-    return build_machine(Device(machine, model))
+    return Device(machine, model).engine

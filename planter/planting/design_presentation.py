@@ -5,34 +5,24 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from planter.engine.sensitivity import SensitivityResult
-from planter.explain import dictionary
 from planter.files import paths, units
 from planter.files.document import format_lines
 from planter.measured.sensor_presentation import (
     CAPTION,
     FIGURE,
-    draw_signals,
-    list_measurement_sections,
 )
 from planter.mechanism.presentation import (
     CLOSEST_FILE,
     OPTIMUM_FILE,
     SET_ORIGIN,
-    describe_strongest,
-    list_limit_sections,
-    list_own_sections,
-    list_sensitivity_sections,
 )
 from planter.optimise.range_variance import Sampling
 from planter.optimise.response import list_breakpoints
-from planter.planting import cycle
 from planter.planting.design_results import (
     DesignersSummary,
     compare_peaks,
@@ -43,19 +33,14 @@ from planter.planting.design_results import (
 from planter.planting.file import PlantingMachine
 from planter.planting.functions import MODELS
 from planter.planting.model import Device
-from planter.planting.objective import build_problem, find_curve_angles, read_weights
-from planter.planting.report import figures
-from planter.planting.report.scene import build_scene
+from planter.planting.objective import find_curve_angles
+from planter.planting.report.forces import draw_support_force
 from planter.planting.results import (
-    DeviceState,
     Lifted,
     OptimisationFound,
     PlantingCertificate,
     RequirementResult,
-    SimulationFound,
-    Validation,
 )
-from planter.planting.toothed import compute_ratios, locate_pitch_curves
 from planter.report import files
 from planter.report.folder import drop_file, write_file
 from planter.report.html import (
@@ -70,14 +55,13 @@ from planter.report.html import (
     Text,
     escape_markup,
 )
-from planter.report.labels import count_things, format_label, list_values, tabulate_angles
+from planter.report.labels import count_things, format_label
 from planter.report.presentation import (
     ModelAssumptions,
     ResultPresentation,
     describe_basis,
     describe_proof,
     list_proof_files,
-    list_warning_sections,
 )
 from planter.version import __version__
 from planter.view.animation import MotionBlock
@@ -87,27 +71,12 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from planter.kernels import Array
-    from planter.optimise.objective import ObjectiveSummary
     from planter.planting.optimisation import Optimisation
-    from planter.planting.simulation import Simulation
     from planter.records import Record
 
 CAPTIONS = {
     "support_force": "Vertical force of the frame on sun and carrier over a cycle. Ticks below: angles at which a "
     "gear's pitch curve, the cam or the loaded tooth flank changes from one formula to the next.",
-    "tip_path": "Path of the nozzle's tip, side 1, with the nozzle at twelve carrier angles. Its outline is a sketch: "
-    "the machine file contains its length only. It opens out of the plane of the drawing.",
-    "pitch_curves": (
-        "Pitch curves in mesh. P and Q are the pitch points, where the teeth are assumed to touch."
-    ),
-    "rotation": "Rotation of middle body and planet relative to the carrier, ratios of both stages, and the absolute "
-    "rate of the planet.",
-    "joint_forces": "Polar load diagrams: the force vector of each joint over a cycle. Dots mark every 30 deg of "
-    "carrier angle, the cross is zero force, circles show the size in N.",
-    "convergence": "Best objective so far against evaluations: of the genetic algorithm (ga), of local searches from "
-    "points within the bounds (ipopt), of local searches from the best individuals of the genetic "
-    "algorithm (polish).",
-    "pareto": "Range against variance of the support force.",
     FIGURE: CAPTION,
 }
 MOTION_CAPTION = (
@@ -116,8 +85,6 @@ MOTION_CAPTION = (
     "file contains its length only; its halves, which the cam opens, are drawn separately, seen "
     "from the front."
 )
-CLOUD_SIZE = 300
-"""Number of random designs within the bounds in the figure of the Pareto front."""
 FORCE = "Vertical support force"
 TRUE = "true"
 FORCE_ROWS = {
@@ -136,57 +103,6 @@ ROUNDING = 1e-15
 """Relative difference that conversion to SI units and back causes."""
 
 
-def present_simulation(simulation: Simulation) -> ResultPresentation:
-    """Return the presentation of a machine's own design over a cycle."""
-    result, device = simulation.result, simulation.device
-    devices: dict[str, Device] = {
-        m: device if m == device.model else Device(device.machine, m) for m in MODELS
-    }
-    force = result.refined
-    return _present(
-        device,
-        f"Simulation of the planting device {result.machine}, {result.model} model",
-        result,
-        _list_simulation_sections(result, device.machine),
-        "simulate",
-        conclusion=f"The vertical support force is between {force.min_N:#.4g} and "
-        f"{force.max_N:#.4g} N, the weight of "
-        f"the machine {result.weight_N:#.4g} N.",
-        key_figures=list(_list_simulation_figures(result)),
-        motions=lambda: [_animate(device, device.design)],
-        figures=lambda: (
-            _draw_forces(devices, device.design)
-            | draw_signals(simulation.measured, "carrier angle / deg")
-            | _draw_motion(device, device.design)
-        ),
-        tables=lambda: {"cycle.csv": simulation.columns()},
-        comments=_list_comments(device, device.design),
-    )
-
-
-def present_sensitivity(result: SensitivityResult, device: Device) -> ResultPresentation:
-    """Return the presentation of a sensitivity: gradient and combinations of parameters."""
-    sections = [*list_sensitivity_sections(result), _tabulate_design(device.machine)]
-    title, conclusion = (
-        f"Sensitivity of the planting device {result.machine}, {device.model} model",
-        describe_strongest(result),
-    )
-    return _present(device, title, result, sections, "sensitivity", conclusion=conclusion)
-
-
-def present_validation(result: Validation, source: str) -> ResultPresentation:
-    """Return the presentation of a valid file: its requirements and warnings."""
-    title = f"{source}: valid, design parameters {', '.join(result.design)}"
-    warnings = list_warning_sections(result.warnings)
-    limits = [
-        *_list_requirement_sections(result.requirements),
-        *list_limit_sections(result.holds or ()),
-    ]
-    return ResultPresentation(
-        title, result, [*limits, *list_own_sections(result.own_numbers), *warnings]
-    )
-
-
 def present_optimum(optimisation: Optimisation, device: Device) -> ResultPresentation:
     """Return the presentation of an optimum, its certificate, its front, and the machine file of
     it.
@@ -200,46 +116,18 @@ def present_optimum(optimisation: Optimisation, device: Device) -> ResultPresent
         f"{result.method}",
         result,
         _list_optimum_sections(result, device.machine),
-        "optimise",
         optimum.seed,
         conclusion=f"{result.statement[0].upper()}{result.statement[1:]}.",
         key_figures=list(_list_optimum_figures(result)),
-        motions=lambda: [_animate(device, x, device.design)],
-        figures=lambda: (
-            _draw_forces(optimisation.devices, x, device.design)
-            | _draw_search(device, optimisation)
-            | _draw_motion(device, x, device.design)
-        ),
-        tables=lambda: {
-            "cycle.csv": cycle.evaluate_cycle(
-                device, device.prologue(x), cycle.sample_angles(samples)
-            ).columns()
-        },
+        motions=lambda: [animate(device, x, device.design)],
+        figures=lambda: draw_forces(device, x, device.design),
+        tables=lambda: {"cycle.csv": device.columns(x, device.engine.list_angles(samples))},
         comments=_list_comments(device, x, optimum.seed),
         texts=lambda: {
             OPTIMUM_FILE: format_optimum_file(device.machine, device.model, result, sampling),
             **list_proof_files(optimisation.certificate),
         },
     )
-
-
-def _list_simulation_figures(result: SimulationFound) -> Iterator[KeyFigure]:
-    motor, requirements = result.designer.motor, result.requirements or ()
-    share = 100 * result.refined.range_N / result.weight_N
-    yield KeyFigure(
-        f"{result.refined.range_N:.3g}",
-        "N",
-        f"variation of the support force over a cycle, {share:.2g} % of the weight",
-    )
-    yield KeyFigure(
-        f"{motor.max_Nm:.3g}", "N m", f"largest motor torque, peak power {motor.peak_power_W:.3g} W"
-    )
-    if requirements:
-        met = sum(row.verdict != "fail" for row in requirements)
-        yield KeyFigure(f"{met} of {len(requirements)}", "", "requirements met")
-    else:
-        largest = max(result.designer.forces, key=lambda force: force.max_N)
-        yield KeyFigure(f"{largest.max_N:.3g}", "N", f"largest force, {largest.meaning}")
 
 
 def _list_optimum_figures(result: OptimisationFound) -> Iterator[KeyFigure]:
@@ -308,7 +196,6 @@ def _present(
     title: str,
     result: Record,
     sections: Iterator[Section] | Sequence[Section],
-    command: str,
     seed: int | None = None,
     **parts: Any,
 ) -> ResultPresentation:
@@ -320,9 +207,6 @@ def _present(
         model=ModelAssumptions.from_sidecar(device.sidecar),
         displayed_inputs=("design", "bounds"),
         captions=CAPTIONS,
-        details=lambda: [
-            Section("Names", [_tabulate_names(device.sidecar, result.table(), command)])
-        ],
         provenance=files.list_provenance(device.machine, seed),
         **parts,
     )
@@ -337,39 +221,19 @@ def _list_comments(device: Device, x: Array, seed: int | None = None) -> list[st
     )
 
 
-def _list_simulation_sections(
-    result: SimulationFound, machine: PlantingMachine
-) -> Iterator[Section]:
-    yield from list_warning_sections(result.warnings)
-    sampled = {**result.support_force.table(), "objective": result.objective}
-    columns = {TRUE: result.refined.table(), _name_sampling(result.samples): sampled}
-    force = _tabulate_force(columns, tuple(FORCE_ROWS), [("weight", result.weight_N, None, "N")])
-    yield Section(FORCE, [force])
-    yield from list_measurement_sections(result.measurement)
-    yield Section("Work of a cycle", [list_values(result.work.table())])
-    yield Section("Designer's summary", list(_describe_designer(result.designer)))
-    yield from _list_requirement_sections(result.requirements)
-    yield from list_limit_sections(result.holds or ())
-    yield _tabulate_design(machine)
-    if result.lifted:
-        yield Section("Relaxed assumptions", [_tabulate_assumption_effects(result.lifted)])
-    if result.at:
-        yield Section("At single angles", [_tabulate_states(result.at)])
-
-
 def _list_optimum_sections(
     result: OptimisationFound, machine: PlantingMachine
 ) -> Iterator[Section]:
-    yield _tabulate_design(machine, result)
+    yield tabulate_design(machine, result)
     yield Section(FORCE, [_tabulate_optimised_force(result)])
     details = Folded(
         "torques, forces, gears and shocks of the optimum",
-        list(_describe_designer(result.designer)),
+        list(describe_designer(result.designer)),
     )
     yield Section(
         "Designer's summary", [compare_peaks(result.start_designer, result.designer), details]
     )
-    yield from _list_requirement_sections(result.requirements)
+    yield from list_requirement_sections(result.requirements)
     if result.teeth is not None:
         yield Section("Integer tooth numbers", list(list_tooth_count_blocks(result.teeth)))
     scores = [
@@ -391,7 +255,7 @@ def _tabulate_optimised_force(result: OptimisationFound) -> Table:
     """Return the force before and after as the search evaluated it, and the optimum's as evaluated
     otherwise.
     """
-    searched = _name_sampling(result.samples)
+    searched = name_sampling(result.samples)
     start = {key: getattr(result, f"start_{key}") for key in SCORES}
     columns = {
         f"start, {searched}": start,
@@ -399,21 +263,23 @@ def _tabulate_optimised_force(result: OptimisationFound) -> Table:
     }
     kinds = {
         TRUE: result.refined.table(),
-        _name_sampling(result.sampled.samples): result.sampled.table(),
+        name_sampling(result.sampled.samples): result.sampled.table(),
     }
     columns |= {f"optimum, {kind}": values for kind, values in kinds.items() if kind != searched}
-    return _tabulate_force(columns, SCORES)
+    return tabulate_force(columns, SCORES)
 
 
-def _name_sampling(samples: int | str) -> str:
+def name_sampling(samples: int | str) -> str:
+    """Return the name of the kind of extremes and integrals."""
     return TRUE if samples == "refined" else f"{samples} samples"
 
 
-def _tabulate_force(
+def tabulate_force(
     columns: Mapping[str, Mapping[str, float]],
     keys: Sequence[str],
     more: Sequence[Sequence[Cell]] = (),
 ) -> Table:
+    """Return the measures of the support force under `keys`, a column for each kind."""
     rows = [
         (FORCE_ROWS[key][0], *(values.get(key) for values in columns.values()), FORCE_ROWS[key][1])
         for key in keys
@@ -421,7 +287,7 @@ def _tabulate_force(
     return Table(("", *columns, "unit"), [*rows, *more])
 
 
-def _tabulate_design(machine: PlantingMachine, optimum: OptimisationFound | None = None) -> Section:
+def tabulate_design(machine: PlantingMachine, optimum: OptimisationFound | None = None) -> Section:
     """Return the machine's own design with its bounds, and the optimum with what limits each
     parameter.
     """
@@ -452,7 +318,8 @@ def _tabulate_design(machine: PlantingMachine, optimum: OptimisationFound | None
     )
 
 
-def _describe_designer(summary: DesignersSummary) -> Iterator[Block]:
+def describe_designer(summary: DesignersSummary) -> Iterator[Block]:
+    """Yield tables and sentences of the designer's summary."""
     yield from list_design_tables(summary)
     yield from map(Text, describe_design(summary))
     yield Text(
@@ -461,7 +328,7 @@ def _describe_designer(summary: DesignersSummary) -> Iterator[Block]:
     )
 
 
-def _tabulate_assumption_effects(effects: Sequence[Lifted]) -> Table:
+def tabulate_assumption_effects(effects: Sequence[Lifted]) -> Table:
     """Return the largest joint forces as modelled, and by how much they change if an assumption is
     relaxed.
     """
@@ -481,10 +348,6 @@ def _tabulate_assumption_effects(effects: Sequence[Lifted]) -> Table:
     )
 
 
-def _tabulate_states(states: Sequence[DeviceState]) -> Table:
-    return tabulate_angles([state.table() for state in states], "phi_deg")
-
-
 REQUIREMENT_HEAD = (
     "requirement",
     "value",
@@ -499,9 +362,10 @@ REQUIREMENT_HEAD = (
 )
 
 
-def _list_requirement_sections(
+def list_requirement_sections(
     requirements: Sequence[RequirementResult] | None,
 ) -> Iterator[Section]:
+    """Yield the requirements with their limits, margins and verdicts, if there are any."""
     rows: list[tuple[Cell, ...]] = [
         (
             _name_requirement(row),
@@ -595,30 +459,6 @@ def _list_multipliers(certificate: PlantingCertificate) -> list[tuple[Cell, ...]
     return [*bounds, *((row.name, row.side, row.multiplier, row.unit) for row in active)]
 
 
-def _tabulate_names(sidecar: Mapping[str, Any], summary: Mapping[str, Any], command: str) -> Folded:
-    """Return columns of cycle.csv and numbers of the summary: unit, meaning, source, and the
-    figures that draw them.
-    """
-    columns = [
-        quantity.key for quantity in cycle.list_device_quantities(sidecar) if quantity.side != 2
-    ]
-    keys = [key for key, value in summary.items() if isinstance(value, int | float)]
-    rows = [
-        (
-            name,
-            units.display_unit(name),
-            meaning.meaning,
-            meaning.source,
-        )
-        for name, meaning in dictionary.find_meanings("planting", [*columns, *keys], command)
-    ]
-    head = ("name", "unit", "meaning", "source")
-    return Folded(
-        "columns of cycle.csv and numbers of summary.json; planter explain has all",
-        [Table(head, rows)],
-    )
-
-
 def format_optimum_file(
     machine: PlantingMachine, model: str, result: OptimisationFound, sampling: Sampling
 ) -> str:
@@ -693,32 +533,34 @@ def _list_origins(
     return {name: words for name, words in machine.origins.items() if name not in renamed} | changed
 
 
-def _animate(device: Device, x: Array, start: Array | None = None) -> MotionBlock:
+def animate(device: Device, x: Array, start: Array | None = None) -> MotionBlock:
+    """Return the moving drawing of a design x (p,) [SI], with the path of the tip before it."""
+    from planter.planting.report.scene import build_scene  # with teeth, which few results need
+
     dashed = "" if start is None else " Dashed: the path before the optimisation."
     return MotionBlock(build_scene(device, x, start), f"{MOTION_CAPTION}{dashed}")
 
 
-def _compute_columns(device: Device, x: Array) -> dict[str, Array]:
-    return cycle.evaluate_cycle(device, device.prologue(x), find_curve_angles(device, x)).columns()
+def draw_forces(device: Device, x: Array, start: Array | None = None) -> dict[str, Figure]:
+    """Draw the support force of a design x (p,) [SI] in both models, and that of a design before
+    it.
+    """
+    models: dict[str, Device] = {
+        m: device if m == device.model else Device(device.machine, m) for m in MODELS
+    }
+    curves = {model: _compute_support(each, x) for model, each in models.items()}
+    before = {}
+    if start is not None:
+        before = {model: _compute_support(each, start) for model, each in models.items()}
+    breakpoints = _find_breakpoints(models["exact"], x)
+    figure = draw_support_force(curves, device.weight, breakpoints, before)
+    return {"support_force": figure}
 
 
-def _draw_forces(
-    devices: Mapping[str, Device], x: Array, start: Array | None = None
-) -> dict[str, Figure]:
-    cycles = {model: _compute_columns(device, x) for model, device in devices.items()}
-    before = (
-        {}
-        if start is None
-        else {model: _compute_columns(device, start) for model, device in devices.items()}
-    )
-    curves, old_curves = (
-        {m: (t["phi_deg"], t["support_N"]) for m, t in each.items()} for each in (cycles, before)
-    )
-    exact = devices["exact"]
-    support = figures.draw_support_force(
-        curves, cycle.compute_weight(exact), _find_breakpoints(exact, x), old_curves
-    )
-    return {"support_force": support, "joint_forces": figures.draw_joint_forces(cycles)}
+def _compute_support(device: Device, x: Array) -> tuple[Array, Array]:
+    """Return carrier angles [deg] and the support force there [N], (n,) each."""
+    phi = find_curve_angles(device, x)
+    return np.degrees(phi), device.support(device.prologue(x), phi)
 
 
 def _find_breakpoints(device: Device, x: Array) -> dict[str, list[float]]:
@@ -729,46 +571,3 @@ def _find_breakpoints(device: Device, x: Array) -> dict[str, list[float]]:
     for breakpoint_ in list_breakpoints(device.force, device.prologue(x)):
         angles_deg[breakpoint_.name].append(float(np.degrees(breakpoint_.angle)))
     return {name: angles for name, angles in angles_deg.items() if angles}
-
-
-def _draw_motion(device: Device, x: Array, start: Array | None = None) -> dict[str, Figure]:
-    columns = _compute_columns(device, x)
-    columns_before = None if start is None else _compute_columns(device, start)
-    required = device.machine.requirements
-    soil_mm = None if required is None else required.surface_mm(float(columns["tip_y_mm"].min()))
-    points_mm = [] if required is None else required.points_mm or []
-    locate = partial(locate_pitch_curves, device)
-    return {
-        "tip_path": figures.draw_tip_path(columns, columns_before, soil_mm, points_mm),
-        "pitch_curves": figures.draw_pitch_curves(
-            locate(x), None if start is None else locate(start)
-        ),
-        "rotation": figures.draw_rotation(columns, compute_ratios(device, x, columns["phi_deg"])),
-    }
-
-
-def _draw_search(device: Device, optimisation: Optimisation) -> dict[str, Figure]:
-    plots = {"convergence": figures.draw_convergence(optimisation.optimum.history)}
-    return plots | _draw_front(device, optimisation) if optimisation.front else plots
-
-
-def _draw_front(device: Device, optimisation: Optimisation) -> dict[str, Figure]:
-    result, weights = optimisation.result, read_weights(device.machine)
-    marks = {
-        "machine file": (result.start_range_N, result.start_variance_N2),
-        "optimum": (result.range_N, result.variance_N2),
-    }
-    summaries = [
-        *(point.evaluation.look for point in optimisation.front),
-        *_sample_designs(device, optimisation),
-    ]
-    points = [(summary.range, summary.variance) for summary in summaries]
-    line = (weights.weight_range, weights.weight_variance) if weights.kind == "paper" else None
-    return {"pareto": figures.draw_pareto(np.array([*points, *marks.values()]), marks, line)}
-
-
-def _sample_designs(device: Device, optimisation: Optimisation) -> list[ObjectiveSummary]:
-    """Return the summaries of random designs within the bounds."""
-    problem = build_problem(device, optimisation.optimum.sampling)
-    random = np.random.default_rng(optimisation.optimum.seed)
-    return [problem.evaluate(u).look for u in random.random((CLOUD_SIZE, device.size))]

@@ -5,26 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from planter.engine.summary import MotorTorque, Shock
-from planter.engine.tables import Cells, motor_rows, shock_tables
+from planter.engine.summary import CycleSummary, MotorTorque
+from planter.engine.tables import Cells, summary_tables
+from planter.planting.model import CONTACTS, VECTORS
 from planter.records import Record
 from planter.report.html import Block, Table, Text
-
-
-@dataclass(frozen=True)
-class PeakForce(Record):
-    """A force over a turn, its size or, of contacts that can only push, its signed value; one-sided
-    where it jumps.
-
-    Angles are those of the carrier, with the side's own half of the device as side 1.
-    """
-
-    name: str
-    meaning: str
-    max_N: float
-    max_phi_deg: float
-    min_N: float
-    min_phi_deg: float
 
 
 @dataclass(frozen=True)
@@ -73,36 +58,19 @@ class StageFound(Record):
 
 
 @dataclass(frozen=True)
-class DesignersSummary(Record):
-    """Loads for which motor, bearings, gears and cam are sized; `shocks` is empty if nothing
-    jumps.
-    """
+class DesignersSummary(CycleSummary):
+    """Loads for which motor, bearings, gears and cam are sized; `notes` say what is missing."""
 
     motor: MotorTorque
-    holding_torque_max_Nm: float
-    holding_torque_max_phi_deg: float
-    forces: list[PeakForce]
     stages: list[StageFound]
     cam_pressure_angle_max_deg: float
     cam_pressure_angle_max_phi_deg: float
-    shocks: list[Shock]
     notes: list[str]
 
 
 def list_design_tables(summary: DesignersSummary) -> Iterator[Table]:
-    """Yield the tables of torque, forces, gears and shocks of a design."""
-    holding = (
-        "on the sun, to hold it",
-        summary.holding_torque_max_Nm,
-        summary.holding_torque_max_phi_deg,
-    )
-    torques: list[Cells] = [*motor_rows(summary.motor), holding]
-    yield Table(("", "N m", "phi / deg"), torques, "Torque of the motor on the carrier")
-    forces = [
-        (describe_force(f), f.max_N, f.max_phi_deg, f.min_N, f.min_phi_deg) for f in summary.forces
-    ]
-    head = ("", "largest / N", "phi / deg", "least / N", "phi / deg")
-    yield Table(head, forces, "Peaks of forces, true extremes over a cycle")
+    """Yield the tables of a machine's summary, then those of gears and stages."""
+    yield from summary_tables(summary)
     gears = [_gear(gear) for stage in summary.stages for gear in stage.gears]
     yield Table(
         ("gear", "least bend radius", "pitch radius", "to", "least teeth"),
@@ -110,21 +78,15 @@ def list_design_tables(summary: DesignersSummary) -> Iterator[Table]:
         "Gears, lengths in mm",
     )
     yield Table(("", "stage 1", "stage 2"), _stages(summary.stages), "Stages")
-    yield from shock_tables(summary.shocks, "Shocks of side 1: the largest jump of each kind")
 
 
 def describe_design(summary: DesignersSummary) -> Iterator[str]:
-    """Yield the motor's power, the cam's pressure angle, whether anything jumps, and what is
-    missing.
-    """
+    """Yield the cam's pressure angle, whether anything jumps, and what is missing."""
     cam = (
         f"{summary.cam_pressure_angle_max_deg:.4g} deg at "
         f"{summary.cam_pressure_angle_max_phi_deg:.4g} deg"
     )
-    yield (
-        f"Peak power of the motor {summary.motor.peak_power_W:.4g} W; largest pressure angle of "
-        f"the cam {cam}."
-    )
+    yield f"Largest pressure angle of the cam {cam}."
     if not summary.shocks:
         yield "No discontinuities: accelerations, forces and torques are continuous."
     for note in summary.notes:
@@ -138,8 +100,9 @@ def compare_peaks(start: DesignersSummary, optimum: DesignersSummary) -> Table:
         ("motor torque, root mean square", start.motor.rms_Nm, optimum.motor.rms_Nm, "N m"),
     ]
     rows += [
-        (describe_force(a), a.max_N, b.max_N, "N")
-        for a, b in zip(start.forces, optimum.forces, strict=True)
+        (a.name.replace("_", " "), a.max, b.max, a.unit)
+        for a, b in zip(start.peaks, optimum.peaks, strict=True)
+        if a.name in (*CONTACTS, *VECTORS)
     ]
     for a, b in zip(start.stages, optimum.stages, strict=True):
         rows.append(
@@ -170,22 +133,11 @@ BORNE = {
 
 def list_largest_loads(summary: DesignersSummary) -> list[float]:
     """Return the loads that `COMPARED` lists."""
-    by_name = {force.name: force.max_N for force in summary.forces}
+    by_name = {peak.name: peak.max for peak in summary.peaks}
     return [
         max(by_name[name] for name in names) if names else summary.motor.max_Nm
         for names in COMPARED.values()
     ]
-
-
-def describe_force(force: PeakForce) -> str:
-    """Return the name of a force in words.
-
-    >>> describe_force(PeakForce("bearing_A1", "force of the carrier on the middle shaft", 1, 0, 0, 0))
-    'bearing A1'
-    """
-    contacts = {"F_NP": "teeth at P, normal", "F_NQ": "teeth at Q, normal", "F_E": "cam on roller"}
-    words = contacts.get(force.name)
-    return force.name.replace("_", " ") if words is None else f"{words} ({force.name})"
 
 
 def _gear(gear: GearFound) -> Cells:

@@ -14,29 +14,24 @@ import casadi as ca
 import numpy as np
 
 from planter.engine.machine import Machine, Quantity
-from planter.engine.summary import CycleRow, PiecewiseCycle, build_vector_row, without_rounding
+from planter.engine.summary import CycleRow, PiecewiseCycle, build_rows, summarise
 from planter.gear_geometry.stage import Stage
 from planter.kernels import Array, formulas
 from planter.numerics import extrema
 from planter.numerics.arrays import to_degrees
 from planter.numerics.extrema import ExtremePoint
 from planter.planting import angle_functions as pitch
-from planter.planting import cycle
 from planter.planting.angle_functions import PITCH_CELLS, AngleFunction
 from planter.planting.design_results import (
     DesignersSummary,
     GearFound,
-    PeakForce,
     StageFound,
     StressFound,
 )
-from planter.planting.model import Device
+from planter.planting.model import CONTACTS, Device
 
 STRENGTH = formulas.load("gear_strength")
 CAM = formulas.load("planting_cam")
-CONTACTS = ("F_NP", "F_NQ", "F_E")
-"""Forces that can only push: normal forces of the teeth at P and Q, of the cam on the roller."""
-TORQUES = ("M_L", "M_1")
 TURNED = ("phi52", "phi72", "theta1")
 """Angles of bodies; their second derivatives are accelerations, since the carrier's speed is
 constant.
@@ -66,18 +61,9 @@ class DeviceRows:
         }
 
     def build(self) -> list[CycleRow]:
-        """Return all rows."""
-        return [*self._forces(), *self._accelerations(), *self._meshing(), self._cam()]
-
-    def _forces(self) -> Iterator[CycleRow]:
-        for name in (*TORQUES, *CONTACTS):
-            yield CycleRow(self.machine.find_quantity(name), self.machine.graph(name))
-        for vector in self.machine.vectors:
-            for part in vector.components:
-                yield CycleRow(
-                    self.machine.find_quantity(part), self.machine.graph(part), has_peaks=False
-                )
-            yield build_vector_row(self.machine, vector)
+        """Return all rows: those of every machine first."""
+        own = [*self._accelerations(), *self._meshing(), self._cam()]
+        return [*build_rows(self.machine), *own]
 
     def _accelerations(self) -> Iterator[CycleRow]:
         for name in (*TURNED, *CENTRE):
@@ -217,7 +203,7 @@ def _stage(turn: DesignTurn, index: int) -> StageFound:
     courses = _courses(turn, index, module)
     ratio = None if module is None else min(_over(courses, pitch.RATIO, -1))
     steepest, flattest = (_pressure(turn, index, sign) for sign in (1, -1))
-    distance = cycle.find_centre_distances(turn.device, turn.at)[index]
+    distance = turn.device.centre_distances(turn.x)[index]
     radii = _radii(turn, index)
     gears = [
         _gear(name, max(_over(courses, row, 1)), min(_over(courses, row, -1)), radius, module)
@@ -346,36 +332,23 @@ def _notes(turn: DesignTurn, stages: list[StageFound]) -> list[str]:
 
 
 def summarise_design(device: Device, x: Array) -> DesignersSummary:
-    """The summary of a design x (p,) of a device: true extremes, one-sided at events, integrals by
-    quadrature.
+    """Return the summary of a design x (p,) of a device: true extremes, one-sided at events,
+    integrals by quadrature.
     """
-    turn = DesignTurn(device, x)
-    holding, cam = turn.largest("M_1"), turn.largest("cam")
+    return summarise_turn(DesignTurn(device, x))
+
+
+def summarise_turn(turn: DesignTurn) -> DesignersSummary:
+    """Return the summary of a turn of a device."""
+    summary, cam = summarise(turn), turn.largest("cam")
     stages, notes = summarise_stages(turn)
+    assert summary.motor is not None
     return DesignersSummary(
-        motor=turn.motor("M_L"),
-        holding_torque_max_Nm=holding.value,
-        holding_torque_max_phi_deg=to_degrees(holding.place),
-        forces=[
-            _force(turn, name)
-            for name in (*CONTACTS, *(vector.name for vector in turn.machine.vectors))
-        ],
+        motor=summary.motor,
+        peaks=summary.peaks,
+        shocks=summary.shocks,
         stages=stages,
         cam_pressure_angle_max_deg=math.degrees(cam.value),
         cam_pressure_angle_max_phi_deg=to_degrees(cam.place),
-        shocks=list(turn.shocks()),
         notes=notes,
-    )
-
-
-def _force(turn: DesignTurn, name: str) -> PeakForce:
-    high, low = (turn.extreme(name, sign) for sign in (1, -1))
-    maximum, minimum = without_rounding(high, low)
-    return PeakForce(
-        name=name,
-        meaning=turn.rows[turn.names.index(name)].quantity.meaning,
-        max_N=maximum,
-        max_phi_deg=to_degrees(high.place),
-        min_N=minimum,
-        min_phi_deg=to_degrees(low.place),
     )

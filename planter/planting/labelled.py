@@ -10,7 +10,6 @@ from dataclasses import replace
 import numpy as np
 
 from planter.kernels import Array
-from planter.planting import cycle
 from planter.planting.file import load
 from planter.planting.model import Device
 from planter.planting.report.scene import MOMENTS, build_scene, draw_halves
@@ -32,9 +31,7 @@ At = Mapping[str, float]
 def draw_sheets(device: Device) -> list[Sheet]:
     """All drawings of the machine's own design."""
     x = device.design
-    columns = cycle.evaluate_cycle(
-        device, device.prologue(x), cycle.sample_angles(MOMENTS)
-    ).columns()
+    columns = device.columns(x, device.engine.list_angles(MOMENTS))
     sun, carrier = build_scene(device, x).bodies[:2]
     side = _still(device, (sun, replace(carrier, parts=carrier.parts[:1])), columns["phi_deg"])
     train = _still(

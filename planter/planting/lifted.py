@@ -16,7 +16,6 @@ import numpy as np
 import scipy
 
 from planter.kernels import Array, Kernel, generated
-from planter.planting import cycle
 from planter.planting.functions import build_flank_function
 from planter.planting.model import Device
 from planter.planting.results import Lifted
@@ -181,7 +180,7 @@ def find_assumption_effects(device: Device, module_mm: float = MODULE_MM) -> lis
     """Return the effect of relaxing each assumption alone on the largest joint forces and on the
     work of a cycle.
     """
-    model, phi = LiftedModel(device), cycle.sample_angles(SAMPLES)
+    model, phi = LiftedModel(device), device.engine.list_angles(SAMPLES)
     modelled = model.turn(phi)
     speed = device.machine.si("operation.speed_rpm")
     friction = device.machine.si("contact.tooth_friction_angle_deg")

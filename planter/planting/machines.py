@@ -16,11 +16,9 @@ import casadi as ca
 import numpy as np
 
 from planter.engine.machine import Machine, Value
-from planter.files import examples
-from planter.planting import KIND, OWN_TABLES, file
-from planter.planting.cycle import find_distance_indices
+from planter.planting import file
 from planter.planting.functions import Model
-from planter.planting.model import Device, build_machine
+from planter.planting.model import Device
 from planter.planting.requirements import RequirementConstraints
 
 DEVIATIONS = ("deviation.a1_mm", "deviation.a2_mm")
@@ -42,7 +40,7 @@ def add_deviations(machine: Machine, device: Device) -> Machine:
     ]
     phi, _, h, q = machine.symbols
     d = ca.SX.sym("d", size + len(values))
-    distances = [h[place] - d[size + k] for k, place in enumerate(find_distance_indices(device))]
+    distances = [h[place] - d[size + k] for k, place in enumerate(device.distance_places)]
     mounted = _mount_values(device, d, distances)
     first, second, _ = (
         ca.SX.sym(name, totals.size1_in(i)) for i, name in enumerate(("one", "two", "d"))
@@ -111,14 +109,6 @@ def _differentiate(machine: Machine, design: ca.Function, moved: tuple[int, ...]
     return ca.Function("tangent", [both], [h, jacobian @ slopes(both)], ["d"], ["h", "dh"])
 
 
-__all__ = ["build_machine", "load", "takes"]
-
-
-def takes(source: str) -> bool:
-    """Return whether a source is a planting device's file, or the name of a built-in one."""
-    return examples.belongs_to_package(source, KIND, OWN_TABLES)
-
-
 def load(source: str, changes: Mapping[str, float], model: Model = "exact") -> Machine:
     """Return the machine of a planting device; raises InputError and GeometryError as its file and
     device do.
@@ -128,7 +118,7 @@ def load(source: str, changes: Mapping[str, float], model: Model = "exact") -> M
 
 def _build_with_requirements(model: Model, machine: file.PlantingMachine) -> Machine:
     device = Device(machine, model)
-    built = build_machine(device)
+    built = device.engine
     if not machine.limits_motion:
         return built
     return replace(

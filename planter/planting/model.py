@@ -26,6 +26,7 @@ from planter.gear_geometry import families, stage
 from planter.gear_geometry.stage import StageCandidate
 from planter.kernels import Array, Kernel, formulas
 from planter.measured.carried import add_carried_forces, list_carried_forces
+from planter.measured.sensor_curve import SensorSignal, measure_cycle
 from planter.measured.sensor_view import build_sensor_view
 from planter.planting import functions
 from planter.planting.file import PlantingMachine
@@ -37,6 +38,8 @@ SIDES = (0.0, -np.pi)
 SPEED = "operation.speed_rpm"
 FORCE = "F_support"
 """The vertical force on the support."""
+CONTACTS = ("F_NP", "F_NQ", "F_E")
+"""Forces that can only push: normal forces of the teeth at P and Q, of the cam on the roller."""
 VECTORS = {
     "tooth_P": ("F_Px", "F_Py"),
     "tooth_Q": ("F_Qx", "F_Qy"),
@@ -169,17 +172,17 @@ class Device:
         device = Device.__new__(Device)
         vars(device).update(vars(self))
         device._take(machine)
-        device.force = self.force.with_machine(
-            replace(
-                self.force.machine,
-                document=machine,
-                data=device.data,
-                lower=device.lower,
-                upper=device.upper,
-                samples=machine.objective.samples,
-                sampling=machine.objective.samples,
-            )
+        device.engine = replace(
+            self.engine,
+            document=machine,
+            data=device.data,
+            lower=device.lower,
+            upper=device.upper,
+            samples=machine.objective.samples,
+            sampling=machine.objective.samples,
+            subject=device,
         )
+        device.force = self.force.with_machine(device.engine)
         for index, pair in enumerate(self.stages):
             parameters = device.of_stage(index, device.design)
             candidate = StageCandidate(parameters, lambda name: f"{machine.source}: design.{name}")
@@ -202,11 +205,16 @@ class Device:
         self.compiled = True
 
     @cached_property
+    def engine(self) -> Machine:
+        """The device as a machine of the engine."""
+        return build_machine(self)
+
+    @cached_property
     def force(self) -> QuantityCurves:
         """The vertical force on the support over a turn, the only curve, with derivatives and
         joints.
         """
-        return QuantityCurves(build_machine(self), [FORCE])
+        return QuantityCurves(self.engine, [FORCE])
 
     @property
     def size(self) -> int:
@@ -293,6 +301,39 @@ class Device:
         quantity [SI].
         """
         return self.cycle_kernel(phi=phi, x=at.d[: self.size], c=at.d[self.size :], h=at.h)
+
+    def columns(self, x: Array, phi: Array) -> dict[str, Array]:
+        """Return the angle, side 1, side 2 with `_2` in the keys, and totals of a design x (p,) [SI]
+        at carrier angles phi (n,) [rad], as columns (n,) [in the units of the keys].
+        """
+        outputs, vectors = self.cycle(self.prologue(x), phi), self._vectors
+        columns = {"phi_deg": np.degrees(phi)}
+        for output, vector in (("side1", "side"), ("side2", "side"), ("totals", "totals")):
+            for key, row in zip(list_keys(vectors[vector]), outputs[output], strict=True):
+                name = name_second_side(key) if output == "side2" else key
+                columns[name] = row / units.unit_factor(key)
+        return columns
+
+    def measure(self, x: Array, columns: Mapping[str, Array]) -> SensorSignal | None:
+        """Return what the sensor of the file sees over columns of a turn of a design x (p,) [SI],
+        None if the file states no sensor.
+        """
+        machine = self.engine.with_data(self.engine.build_data(x))
+        return measure_cycle(machine, np.radians(columns["phi_deg"]), columns)
+
+    @property
+    def weight(self) -> float:
+        """Weight of everything that the frame carries [N]."""
+        return self.formulas.at("weight", machine=self.constants)["weight"]
+
+    @property
+    def distance_places(self) -> list[int]:
+        """The places of the centre distances of both stages among the invariants of a cycle."""
+        return [0, 1 + self.stages[0].terms]
+
+    def centre_distances(self, x: Array) -> Array:
+        """Return the centre distances (2,) of both stages [m] of a design x (p,) [SI]."""
+        return self.prologue(x).h[self.distance_places]
 
     def side(self, x: Array, phi: Array) -> dict[str, Array]:
         """Quantities (n,) of side 1 by their names [SI], of a design x (p,) at carrier angles phi
@@ -391,11 +432,27 @@ def build_machine(device: Device) -> Machine:
         sampling=device.machine.objective.samples,
         limits=device.machine.measure_limits,
         genetic=device.machine.genetic_algorithm,
+        subject=device,
         documentation=_documentation(device),
     )
     return add_carried_forces(
         machine, device.machine.measurement, device.sidecar.get("supports", {})
     )
+
+
+def list_keys(entries: Sequence[Mapping[str, str]]) -> list[str]:
+    """Return the keys of a vector's entries in tables, each ending in the unit that is shown."""
+    return [e.get("shown") or units.display_key(e["name"], e["unit"]) for e in entries]
+
+
+def name_second_side(key: str) -> str:
+    """Return the key of a quantity on side 2.
+
+    >>> name_second_side("F_B1x_N"), name_second_side("ratio")
+    ('F_B1x_2_N', 'ratio_2')
+    """
+    suffix = units.unit_suffix(key)
+    return f"{key.removesuffix(suffix)}_2{suffix}"
 
 
 def list_quantities(vectors: Mapping[str, Any]) -> tuple[Quantity, ...]:
@@ -405,12 +462,13 @@ def list_quantities(vectors: Mapping[str, Any]) -> tuple[Quantity, ...]:
             e["name"],
             e["unit"],
             e["meaning"],
-            e.get("shown") or units.display_key(e["name"], e["unit"]),
+            key,
             total,
+            is_push=e["name"] in CONTACTS,
             source=e["source"],
         )
         for vector, total in (("side", False), ("totals", True))
-        for e in vectors[vector]
+        for key, e in zip(list_keys(vectors[vector]), vectors[vector], strict=True)
     )
 
 

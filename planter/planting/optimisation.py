@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from planter import errors
 from planter.engine import search
+from planter.engine.machine import check_samples
 from planter.engine.problem import DesignProblem
 from planter.engine.search import (
     CandidateDesign,
@@ -56,7 +57,6 @@ from planter.planting.results import (
     RequirementResult,
     Scores,
 )
-from planter.planting.simulation import check_samples
 from planter.planting.tooth_counts import PitchLengthConstraints, ToothCountSpec
 from planter.progress import Listener
 from planter.records.record import build_frame
@@ -467,10 +467,12 @@ def parse_sampling(text: str | None) -> Sampling:
     if text is None or text == "refined":
         return "refined"
     try:
-        return check_samples(int(text))
+        samples = int(text)
     except ValueError:
         allowed = "it must be a number of angles or refined"
         raise InputError.for_value("--samples", text, allowed) from None
+    check_samples(samples)
+    return samples
 
 
 def _score_designs(task: Problem, x: Array) -> Scores:

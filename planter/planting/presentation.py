@@ -248,20 +248,6 @@ def _list_calibration_sections(result: CalibrationFound) -> Iterator[Section]:
     yield Section(
         "Carrier angles at which flanks begin, side 1; the paper gives them roughly", [Keys(angles)]
     )
-    ranges = {
-        "with a cam that only pushes / N": result.largest_range_N.cam_pushing,
-        "with a cam that may also pull / N": result.largest_range_N.free_sign,
-    }
-    flanks = ", ".join(result.models["exact"].choices.values())
-    scope = (
-        f"Of the inputs above alone, with {flanks} flanks that begin near the events; `planter "
-        f"audit --front` searches "
-        "all laws of the flanks, wherever they begin."
-    )
-    yield Section(
-        "Largest range of the exact model with the fit's flanks and events",
-        [Keys(ranges), Text(scope)],
-    )
 
 
 def _describe_fit(fit: ModelFitted, target: Mapping[str, float]) -> Iterator[Block]:

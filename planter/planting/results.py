@@ -5,38 +5,23 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from planter.engine.drive import DriveResult
-from planter.engine.sensitivity import SensitivityResult
+from planter.kernels import Array
 from planter.measured.findings import (
     ExplanationFound,
     MeasuredFound,
     MeasuredPreview,
-    MeasurementResult,
 )
-from planter.mechanism.results import LimitResult, MachineValidation, MechanismCycleResult
+from planter.mechanism.results import MachineValidation, MechanismCycleResult
 from planter.optimise.certificate import ActiveBound, ActiveConstraint
 from planter.optimise.proof.search import GlobalBound
 from planter.optimise.result import EvaluationCounts
 from planter.planting.design_results import DesignersSummary, ToothCountResult
-from planter.records import Record, WarningRecord
-from planter.workshop.cam_results import Cam
+from planter.records import Record
 
 Design = dict[str, float]
 """Values by the names of a machine's own design vector, each in the unit that its name ends in."""
 Direction = list[dict[str, float]]
 """Weights of design parameters, in parts of their box widths."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class PlantingWarning(WarningRecord):
-    """A warning, with the carrier angle at which its cause begins or is worst, if it has one."""
-
-    name: str
-    phi_deg: float | None = None
-    message: str
-
-    def __str__(self) -> str:
-        return ("" if self.phi_deg is None else f"At {self.phi_deg:.4g} deg: ") + super().__str__()
 
 
 @dataclass(frozen=True)
@@ -93,6 +78,12 @@ class Statistics(Record):
     mean_N: float
     variance_N2: float
 
+    @classmethod
+    def of_samples(cls, force: Array) -> Statistics:
+        """Return the statistics of samples (n,) of a force [N]."""
+        high, low = float(force.max()), float(force.min())
+        return cls(high, low, high - low, float(force.mean()), float(force.var()))
+
 
 @dataclass(frozen=True)
 class CentreDistances(Record):
@@ -114,44 +105,6 @@ class TrueExtremes(Record):
     objective: float
 
 
-@dataclass(frozen=True)
-class WorkPerCycle(Record):
-    """Work over a turn, both sides: of the motor, and lost to friction."""
-
-    input_J: float
-    friction_J: float
-
-
-@dataclass(frozen=True)
-class DeviceState(Record):
-    """Forces and motion at a carrier angle: of side 1 up to F_A1y_N, then totals."""
-
-    phi_deg: float
-    phi52_deg: float
-    phi72_deg: float
-    alpha_deg: float
-    omega_rad_s: float
-    omega_dot_rad_s2: float
-    tip_x_mm: float
-    tip_y_mm: float
-    theta1_deg: float
-    F_E_N: float
-    F_Ex_N: float
-    M_Q_Nm: float
-    M_P_Nm: float
-    F_B1x_N: float
-    F_B1y_N: float
-    F_A1x_N: float
-    F_A1y_N: float
-    F_Ox_N: float
-    F_Oy_N: float
-    F_O1x_N: float
-    F_O1y_N: float
-    support_N: float
-    M_L_Nm: float
-    M_1_Nm: float
-
-
 @dataclass(frozen=True, kw_only=True)
 class Lifted(Record):
     """Effect of relaxing one assumption of the exact model over a cycle.
@@ -169,55 +122,31 @@ class Lifted(Record):
     friction_work_J: float
 
 
-@dataclass(frozen=True)
-class SimulationFound(Record):
-    """`planter simulate`: a machine's own design over a turn; `requirements` where its file has
-    any.
+@dataclass(frozen=True, kw_only=True)
+class PlantingCycleResult(MechanismCycleResult):
+    """A cycle of a planting device; `requirements` if its file has any.
 
-    `holds` are the limits of the file on measures, if it has any, and `met` says whether all of
-    them are satisfied.
-
-    `objective` and `support_force` are evaluated over `samples` samples, but for the mean force,
-    which is an integral, `refined` by true extremes and integrals.
-
-    `measurement` is what the sensor sees over the same samples, if the file has [measurement].
+    `objective` and `support_force` are those of the samples, but for the mean force, which is an
+    integral; `refined` those of true extremes and integrals. `work` is that of the motor, and what
+    is lost to friction at both cams. `lifted` has the effects of relaxed assumptions.
     """
 
-    machine: str
     model: str
-    samples: int
     design: Design
     weight_N: float
     centre_distance_mm: CentreDistances
     support_force: Statistics
     objective: float
-    warnings: list[PlantingWarning]
     refined: TrueExtremes
-    work: WorkPerCycle
-    at: list[DeviceState]
-    designer: DesignersSummary
     requirements: list[RequirementResult] | None = None
-    holds: list[LimitResult] | None = None
-    met: bool | None = None
     lifted: list[Lifted] | None = None
-    measurement: MeasurementResult | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
-class Validation(Record):
-    """`planter validate`: a machine file that can be used.
+class PlantingValidation(MachineValidation):
+    """`planter validate` of a planting device, with the requirements of its file, if it has any."""
 
-    `own_numbers` are the paths of the numbers whose origin is this file.
-    """
-
-    machine: str
-    valid: bool
-    design: list[str]
-    own_numbers: list[str]
     requirements: list[RequirementResult] | None = None
-    holds: list[LimitResult] | None = None
-    met: bool | None = None
-    warnings: list[PlantingWarning]
 
 
 @dataclass(frozen=True)
@@ -387,19 +316,6 @@ class ModelFitted(Record):
     front: list[CalibrationTradeoff] | None = None
 
 
-@dataclass(frozen=True)
-class LargestRange(Record):
-    """The largest range of the exact model with the flanks of its fit, near the events, by the
-    cam's contact.
-
-    Inputs stay within the bounds. `planter audit --front` searches all laws of the flanks, wherever
-    they begin.
-    """
-
-    cam_pushing: float | None
-    free_sign: float | None
-
-
 @dataclass(frozen=True, kw_only=True)
 class CalibrationFound(ModelFitted):
     """`planter calibrate`: fitted inputs, their errors against the target, and what the target
@@ -415,7 +331,6 @@ class CalibrationFound(ModelFitted):
     events: dict[str, float]
     other_model: OtherModel
     models: dict[str, ModelFitted]
-    largest_range_N: LargestRange
 
 
 @dataclass(frozen=True)
@@ -492,13 +407,10 @@ class ComparisonFound(Record):
 
 
 COMMANDS = {
-    "drive": DriveResult,
-    "simulate": SimulationFound | MechanismCycleResult,
-    "turn": SimulationFound | MechanismCycleResult,
-    "sensitivity": SensitivityResult,
-    "validate": Validation | MachineValidation,
+    "simulate": PlantingCycleResult | MechanismCycleResult,
+    "turn": PlantingCycleResult | MechanismCycleResult,
+    "validate": PlantingValidation | MachineValidation,
     "calibrate": CalibrationFound | MeasuredFound | MeasuredPreview | ExplanationFound,
     "compare": ComparisonFound,
     "optimise": OptimisationFound,
-    "cam": Cam,
 }

@@ -13,7 +13,6 @@ from planter.interchange.motion_formats import MotionFormat
 from planter.kernels import Array
 from planter.measured.section import SECTION
 from planter.measured.sensor_view import describe_sensor_inputs, find_sensor_view
-from planter.planting import cycle
 from planter.planting.file import PlantingMachine
 from planter.planting.model import Device
 from planter.planting.requirements_section import KINDS, LIMIT_WORDS
@@ -112,7 +111,7 @@ def find_point_bounds(machine: PlantingMachine) -> dict[str, tuple[float, float]
 
 def add_path_points(device: Device, x: Array, machine: PlantingMachine) -> PlantingMachine:
     """A machine whose tip must pass points on the path of a design x (p,), in SI."""
-    turn = cycle.evaluate_cycle(device, device.prologue(x), cycle.sample_angles(COUNT)).columns()
+    turn = device.columns(x, device.engine.list_angles(COUNT))
     places = np.round(np.column_stack([turn["tip_machine_x_mm"], turn["tip_y_mm"]]), 3)
     table = machine.table()
     points = [[*place, TUBE_MM] for place in places.tolist()]
@@ -245,19 +244,17 @@ class PlantingView:
         file.
         """
         from planter.measured.sensor_presentation import list_signal_readings
-        from planter.planting import cycle
+        from planter.planting.browser_programs import name_over_samples
         from planter.planting.objective import read_weights
+        from planter.planting.results import Statistics
 
         device, x = self._at(values, model)
-        at = device.prologue(x)
-        turn = cycle.evaluate_cycle(
-            device, at, cycle.sample_angles(device.machine.objective.samples)
-        )
-        force, torque = cycle.compute_statistics(turn.support), turn.totals["M_L_Nm"]
-        over = partial(cycle.name_over_samples, samples=device.machine.objective.samples)
-        a1, a2 = cycle.find_centre_distances(device, at) * 1e3
+        turn = device.columns(x, device.engine.list_angles())
+        force, torque = Statistics.of_samples(turn["support_N"]), turn["M_L_Nm"]
+        over = partial(name_over_samples, samples=device.machine.objective.samples)
+        a1, a2 = device.centre_distances(x) * 1e3
         return [
-            *list_signal_readings(cycle.measure_design(device, x, turn)),
+            *list_signal_readings(device.measure(x, turn)),
             Reading(
                 over("objective (31)"),
                 "",
@@ -266,9 +263,9 @@ class PlantingView:
             Reading(over("range of the support force"), "N", force.range_N),
             Reading(over("largest support force"), "N", force.max_N),
             Reading(over("least support force"), "N", force.min_N),
-            Reading("weight", "N", cycle.compute_weight(device)),
+            Reading("weight", "N", device.weight),
             Reading(over("largest motor torque"), "N m", float(abs(torque).max())),
-            Reading(over("largest force of the cam"), "N", float(turn.sides[0]["F_E_N"].max())),
+            Reading(over("largest force of the cam"), "N", float(turn["F_E_N"].max())),
             Reading("centre distance of stage 1", "mm", float(a1)),
             Reading("centre distance of stage 2", "mm", float(a2)),
         ]

@@ -29,10 +29,10 @@ from planter.kernels import Array
 from planter.numerics import piecewise
 from planter.numerics.arrays import TURN
 from planter.optimise import response
-from planter.planting import cycle
 from planter.planting.lifted import JOINTS, TOTALS, LiftedCycle, LiftedModel, Lifting
 from planter.planting.model import Device
 from planter.planting.objective import read_weights
+from planter.planting.results import Statistics
 
 NODES = 3
 """Nodes of a panel between neighbouring jumps."""
@@ -211,9 +211,7 @@ def compute_friction(device: Device, x: Array, stages: Sequence[ToothedPair]) ->
         "farthest": teeth.evaluate_sliding([mesh.farthest for mesh in bearings]),
     }
     support = [turn.totals["F_support"] for turn in turns.values()]
-    sampled = cycle.compute_statistics(
-        device.support(device.prologue(x), cycle.sample_angles(device.machine.objective.samples))
-    )
+    sampled = Statistics.of_samples(device.support(device.prologue(x), device.engine.list_angles()))
     friction = Friction(
         friction_angle_deg=float(np.degrees(device.machine.si(FRICTION))),
         pressure_angle_deg=float(np.degrees(stages[0].order.pressure_angle)),

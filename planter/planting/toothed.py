@@ -25,7 +25,6 @@ from planter.gears.request import GearOptions, Teeth
 from planter.gears.results import GearsFound, Scaled
 from planter.kernels import Array
 from planter.numerics.arrays import wrap_angle
-from planter.planting import cycle
 from planter.planting.file import load
 from planter.planting.model import Device
 from planter.planting.requirement_rows import RequirementRows
@@ -69,7 +68,7 @@ def locate_pitch_curves(
     """
     phi = float(np.radians(phi_deg))
     side = {name: float(row[0]) for name, row in device.side(x, np.array([phi])).items()}
-    a1, a2 = cycle.find_centre_distances(device, device.prologue(x))
+    a1, a2 = device.centre_distances(x)
     mounting = dict(zip(device.formulas.entries("mounting"), x, strict=False))
     values = side | mounting | {"phi": phi, "a1": a1, "a2": a2}
     centres = {
@@ -119,17 +118,6 @@ def _evaluate_contact(device: Device, x: Array, stage: int, t: Array) -> dict[st
         name: row[0]
         for name, row in pair.contact(t=t, parameters=parameters, hoisted=hoisted).items()
     }
-
-
-def compute_ratios(device: Device, x: Array, phi_deg: Array) -> tuple[Array, Array]:
-    """Ratios of both stages at carrier angles (n,): dphi52/dphi and -dphi72/dphi52, each (n,)
-    [-].
-    """
-    side = device.side(x, np.radians(phi_deg))
-    first, second = (
-        _evaluate_contact(device, x, stage, side[f"t{stage + 1}"])["ratio"] for stage in (0, 1)
-    )
-    return first, second
 
 
 NAMES = (("sun", "gear 5"), ("gear 6", "planet gear"))

@@ -19,7 +19,6 @@ from planter.files import units
 from planter.files.text import parse_toml
 from planter.kernels import Array, Kernel
 from planter.optimise.sampled_cycle import sample_angles
-from planter.planting import cycle
 from planter.planting.model import Device
 
 START, END = "cam.{}_delta_deg[0]", "cam.{}_delta_deg[1]"
@@ -157,8 +156,8 @@ def compute_flank_angles(device: Device) -> dict[str, float]:
     Side 2 is half a revolution behind. The nozzle that is higher at the carrier angle zero is the
     upper one. Raises ValueError if the events of the two sides are not half a revolution apart.
     """
-    columns = cycle.evaluate_cycle(device, device.prologue(device.design), np.zeros(1)).sides
-    upper = int(columns[1]["tip_y_mm"][0] > columns[0]["tip_y_mm"][0])
+    columns = device.columns(device.design, np.zeros(1))
+    upper = int(columns["tip_y_2_mm"][0] > columns["tip_y_mm"][0])
     flanks: dict[str, set[float]] = defaultdict(set)
     for event in load_calibration_data()["events"]["seen"]:
         side = upper if event["nozzle"] == "upper" else 1 - upper
@@ -170,7 +169,7 @@ def compute_flank_angles(device: Device) -> dict[str, float]:
 
 def compute_cam_angles(device: Device, phi: Array) -> Array:
     """Return the cam's angle delta at carrier angles of side 1 [rad], in [0, 2 pi)."""
-    turned = cycle.evaluate_cycle(device, device.prologue(device.design), phi).sides[0]["phi72_deg"]
+    turned = device.columns(device.design, phi)["phi72_deg"]
     angles: Array = np.mod(-turned * DEG, 2 * np.pi)
     return angles
 

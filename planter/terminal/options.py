@@ -40,6 +40,10 @@ ModelOption = Annotated[
         help="first principles, or the paper's equations as printed, of machines that have both"
     ),
 ]
+SamplesOption = Annotated[
+    int | None,
+    typer.Option(help="angles of the cycle [default: the machine file's]", show_default=False),
+]
 JsonOption = Annotated[bool, typer.Option("--json", help="print one JSON object instead of tables")]
 OutOption = Annotated[Path | None, typer.Option(help="folder for result files", show_default=False)]
 SetOption = Annotated[
@@ -110,6 +114,12 @@ VaryOption = Annotated[
 
 _GIVEN: ContextVar[frozenset[str]] = ContextVar("given options", default=frozenset())
 """Options of the running command whose values are not their defaults."""
+
+
+def text_option(help_: str, metavar: str) -> typer.models.OptionInfo:
+    """Return an option without a default that its help would show."""
+    option: typer.models.OptionInfo = typer.Option(metavar=metavar, help=help_, show_default=False)
+    return option
 
 
 def record_options(command: Callable[..., None]) -> Callable[..., None]:

@@ -153,6 +153,6 @@ def test_successful_attack_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     def broken(device: object) -> object:
         raise KeyError("mass")
 
-    monkeypatch.setattr("planter.planting.simulation.validate", broken)
+    monkeypatch.setattr("planter.mechanism.cycle.validate_machine", broken)
     with pytest.raises((AssertionError, KeyError)):
         assert_ends_properly("validate", "wang2017")

@@ -302,5 +302,5 @@ def test_numbers_of_options_that_are_not_finite_are_refused(
 
 
 def test_option_that_is_ignored_is_found(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("planter.planting.commands.analysis.refuse_unused", lambda *words: None)
+    monkeypatch.setattr("planter.mechanism.analysis_commands.refuse_unused", lambda *words: None)
     assert not is_told(folder, "simulate wang2017", "--module-mm")

@@ -45,13 +45,13 @@ COMMANDS = {
     "optimise own --least F_Ox --out .": "optimum.toml",
     "pickup yu2023 --out .": "path.csv",
     "sensitivity wang2017 --out .": "report.html",
-    "simulate wang2017 --out .": "figures/tip_path.png",
+    "simulate wang2017 --out .": "figures/support_force.png",
     "studio wang2017 --static own.html": "own.html",
     "sweep plan.toml --out .": "rows.csv",
     "synthesise sun2019 --out .": "summary.json",
     "tolerance wang2017 --out .": "tolerances.toml",
     "train sun2019-curve --out .": "pitch_curves.csv",
-    "turn wang2017 --out .": "cycle.csv",
+    "turn wang2017 --out .": "values.csv",
 }
 """Every command that writes, and a file of the user's that is in its way."""
 

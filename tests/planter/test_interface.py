@@ -45,9 +45,11 @@ def test_commands_import_only_their_needs() -> None:
         "import sys; from planter.cli.app import build_application; build_application(); "
         "print(*sys.modules)"
     )
-    loaded = run_script(script)
-    assert "planter.planting.commands.analysis" in loaded
-    assert not HEAVY & set(loaded)
+    loaded = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, check=True
+    ).stdout.split()
+    assert "planter.mechanism.analysis_commands" in loaded
+    assert not {"numpy", "casadi", "matplotlib", "pandas", "pydantic", "scipy"} & set(loaded)
     assert not {name for name in loaded if name.startswith("planter.") and ".results." in name}
 
 
@@ -134,7 +136,6 @@ def test_results_are_shown_as_tables_and_safe_text(device: Device) -> None:
     simulation = planter.simulate(device, 24)
     text = simulation._repr_html_()
     assert text.startswith("<table>")
-    assert "<svg" in text
     assert "support_force.range_N" in text
     hostile = Device(device.machine.model_copy(update={"name": "<script>alert(1)</script>"}))
     assert "<script" not in hostile._repr_html_()
@@ -142,14 +143,14 @@ def test_results_are_shown_as_tables_and_safe_text(device: Device) -> None:
 
 def test_rows_become_frames(device: Device) -> None:
     simulation = planter.simulate(device, 24, [0.0, 100.0])
-    assert list(simulation.to_frame()["phi_deg"]) == list(np.degrees(simulation.cycle.phi))
+    assert list(simulation.to_frame()["phi_deg"]) == list(simulation.angles_deg)
     assert list(simulation.result.to_frame()["phi_deg"]) == [0.0, 100.0]
     batch = planter.evaluate_many(device, device.design[None], 24)
     assert batch.to_frame()["range_N"][0] == batch.range_N[0]
     with pytest.raises(InputError, match="has no rows warnigs"):
         simulation.result.to_frame("warnigs")
     with pytest.raises(InputError, match="has no rows to make a table of"):
-        simulation.result.work.to_frame()
+        simulation.result.support_force.to_frame()
 
 
 def test_missing_pandas_is_refused_in_a_sentence(

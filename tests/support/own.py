@@ -126,11 +126,16 @@ def dynamics(source: str, name: str = "", **values: float) -> Dynamics:
 
 def array_code(source: str, name: str = "") -> ModuleType:
     """The array code of a mechanism, for any module of elementary functions."""
-    path = generated(source) / "array" / f"{name or source}.py"
+    return import_file(generated(source) / "array" / f"{name or source}.py")
+
+
+def import_file(path: Path) -> ModuleType:
+    """Return the module of a file."""
     spec = importlib.util.spec_from_file_location(path.stem, path)
     assert spec is not None
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
+    sys.modules[path.stem] = module  # which dataclasses look up
     spec.loader.exec_module(module)
     return module
 

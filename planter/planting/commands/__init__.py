@@ -1,6 +1,5 @@
 """Commands of the planting device."""
 
-from planter.planting.commands import analysis, design
-from planter.terminal.options import join_applications
+from planter.planting.commands import design
 
-app = join_applications(analysis.app, design.app)
+app = design.app

@@ -5,12 +5,12 @@ a part.
 from __future__ import annotations
 
 import enum
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from planter.errors import InputError, Interrupted
+from planter.errors import Interrupted
 from planter.gears.options import Module1Option, Module2Option, ModuleOption
 from planter.mechanism.commands import SearchOptions, refuse_options, run_optimise
 from planter.planting.commands.options import (
@@ -21,7 +21,6 @@ from planter.planting.commands.options import (
     load_device_file,
     load_other,
     parse_tooth_counts,
-    text_option,
 )
 from planter.report.writing import figure_files, find_proof, interruptible_result, writes_files
 from planter.terminal.console import Console
@@ -43,6 +42,7 @@ from planter.terminal.options import (
     parse_changes,
     read_ranges,
     refuse_unused,
+    text_option,
 )
 
 if TYPE_CHECKING:
@@ -175,7 +175,7 @@ def optimise(
                 out,
                 [
                     "cycle.csv",
-                    *figure_files(*FIGURES, "convergence", *(["pareto"] if front else [])),
+                    *figure_files(*FIGURES),
                 ],
             )
         from planter.mechanism.presentation import CLOSEST_FILE
@@ -285,107 +285,3 @@ def compare(
                 with interruptible_result(result.table()):
                     presentation.write(out, console.progress)
         presentation.show(console)
-
-
-CAM_EPILOG = (
-    "For example: planter cam wang2017 --roller-mm 6 --step --out cam; "
-    "planter cam cam_follower --roller-mm 8 --bore-mm 12 --out cam"
-)
-
-
-@app.command(epilog=CAM_EPILOG)
-@writes_files("summary.json", "report.html", "contour.dxf", "contour.svg", "contour.csv")
-def cam(
-    machine: Annotated[
-        str,
-        typer.Argument(
-            help="a machine file, a built-in machine, or your mechanism", show_default=False
-        ),
-    ],
-    roller_mm: Annotated[
-        float, typer.Option(metavar="R", help="radius of the roller", show_default=False)
-    ],
-    y: Annotated[
-        str | None,
-        text_option(
-            "for a mechanism whose statement has no follower: where the roller's centre is from "
-            "the cam's axis, "
-            "along y: a sum of quantities of `planter simulate`, values of the file, and numbers "
-            "in mm, such as y_0+s",
-            "SUM",
-        ),
-    ] = None,
-    x: Annotated[str | None, text_option("with --y: the same along x [default: 0]", "SUM")] = None,
-    force: Annotated[
-        str | None,
-        text_option("for a mechanism: the follower's force, which lift-off ends", "NAME"),
-    ] = None,
-    bore_mm: Annotated[
-        float | None,
-        typer.Option(min=0.1, help="for a mechanism: bore of the disc", show_default=False),
-    ] = None,
-    width_mm: Annotated[
-        float,
-        typer.Option(
-            min=0.1, max=1000, help="width of the rim or disc, and minimum height of a rim"
-        ),
-    ] = 10.0,
-    tolerance_um: Annotated[
-        float,
-        typer.Option(min=0.01, max=100, help="maximum deviation of the arcs from the contour"),
-    ] = 1.0,
-    step: Annotated[
-        bool, typer.Option("--step", help="with --out: also the solid (needs planter[step])")
-    ] = False,
-    set_: SetOption = None,
-    speed_rpm: SpeedOption = None,
-    as_json: JsonOption = False,
-    out: OutOption = None,
-) -> None:
-    """Design the cam as a part, for a roller.
-
-    The result has contour, pressure angle, undercut margin and speed of lift-off; --out writes DXF,
-    CSV and STEP.
-
-    Of a planting device it is the end-face cam, unrolled and in space; of your mechanism the disc
-    that turns with its angle.
-    """
-    console = Console(as_json)
-    with console.outcome():
-        from planter.workshop.cam_report import present_cam
-
-        other = load_other(machine, set_, None)
-        if other is not None:
-            _refuse("needs --y", {"--x": x is not None and y is None})
-            _refuse(
-                "does not apply to a mechanism of your own; --set changes its speed",
-                {"--speed-rpm": speed_rpm},
-            )
-        else:
-            disc_options = {"--y": y, "--x": x, "--force": force, "--bore-mm": bore_mm}
-            present = {option: value is not None for option, value in disc_options.items()}
-            _refuse("is for a mechanism of your own", present)
-        _refuse("needs --out DIR to write the solid to", {"--step": step and out is None})
-        roller, width, tolerance = roller_mm * 1e-3, width_mm * 1e-3, tolerance_um * 1e-6
-        if other is not None:
-            from planter.mechanism import cam as disc
-            from planter.mechanism.model import Model as MechanismModel
-
-            mechanism, bore = MechanismModel(other), (bore_mm or 0.0) * 1e-3
-            centre, push = (
-                ((x or "0", y), force) if y else disc.find_follower_centre(mechanism, force)
-            )
-            design = disc.build_disc_cam(mechanism, roller, centre, push, tolerance, width, bore)
-        else:
-            from planter.planting import cam as end_face
-
-            design = end_face.build_cam(
-                build_device(machine, "exact", set_, speed_rpm), roller, tolerance, width
-            )
-        present_cam(design, step, out is not None).show(console, out)
-
-
-def _refuse(reason: str, options: Mapping[str, object]) -> None:
-    """Raise InputError with a reason if any of some options is present."""
-    if present := [option for option, value in options.items() if value]:
-        raise InputError(f"{', '.join(present)} {reason}")

@@ -18,22 +18,12 @@ if TYPE_CHECKING:
     from planter.planting.model import Device
     from planter.planting.tooth_counts import ToothCountSpec
 
-FIGURES = ("joint_forces", "pitch_curves", "rotation", "support_force", "tip_path")
+FIGURES = ("support_force",)
 """Names of a device's figures."""
 DeviceArgument = Annotated[
     str,
     typer.Argument(help="a machine file, or the name of a built-in machine", show_default=False),
 ]
-SamplesOption = Annotated[
-    int | None,
-    typer.Option(help="angles of the cycle [default: the machine file's]", show_default=False),
-]
-
-
-def text_option(help_: str, metavar: str) -> typer.models.OptionInfo:
-    """Return an option without a default that its help would show."""
-    option: typer.models.OptionInfo = typer.Option(metavar=metavar, help=help_, show_default=False)
-    return option
 
 
 def load_device_file(
@@ -84,10 +74,12 @@ def has_limits(source: str) -> bool:
 
 def is_other(source: str) -> bool:
     """Return whether a source is a machine other than a planting device."""
+    from planter.files.examples import belongs_to_package
     from planter.files.kinds import find_kind
-    from planter.planting.machines import takes
+    from planter.planting import KIND, OWN_TABLES
 
-    return not takes(source) and find_kind(source) is not None
+    is_device = belongs_to_package(source, KIND, OWN_TABLES)
+    return not is_device and find_kind(source) is not None
 
 
 def parse_tooth_counts(

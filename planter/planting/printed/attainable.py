@@ -4,8 +4,10 @@ experiment.
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from importlib.resources import files
 from typing import Any
 
 import numpy as np
@@ -14,8 +16,6 @@ from planter.audit import numbers
 from planter.audit.registry import front
 from planter.files import units
 from planter.kernels import Array
-from planter.planting import cycle
-from planter.planting.attainable_force import load_front, load_paper_points
 from planter.planting.file import load
 from planter.planting.lifted import LiftedModel
 from planter.planting.model import Device
@@ -44,11 +44,33 @@ NOT_COMPUTED = (
 Entry = Mapping[str, Any]
 
 
+FRONT_FILE = "attainable_front.json"
+"""Front of range and variance that docs/studies/attainable_front.py has searched for."""
+PAPER_ROWS = ("theory", "experiment")
+
+
+def load_paper_points(paper: str) -> dict[str, dict[str, float]]:
+    """Return range [N] and variance [N2] of the support force as a paper gives them, by row of its
+    table.
+    """
+    disclosed = numbers.load_numbers()["disclosed"][paper]
+    return {
+        row: {key: disclosed[row][key] for key in ("range_N", "variance_N2")} for row in PAPER_ROWS
+    }
+
+
+def read_saved_front() -> dict[str, Any]:
+    """Return the saved front."""
+    file = files("planter.planting").joinpath(FRONT_FILE)
+    saved: dict[str, Any] = json.loads(file.read_text(encoding="utf-8"))
+    return saved
+
+
 @front(PAPER)
 def attainable(progress: Listener | None) -> dict[str, Any]:
     """Return the front with the paper's points, and the sizes of the effects in the experiment."""
     points = load_paper_points(PAPER)
-    content = load_front(PAPER, points, progress)
+    content = read_saved_front()
     fronts = [
         {**curve, "most_variance_N2": max(float(point["variance_N2"]) for point in curve["points"])}
         for curve in content["fronts"]
@@ -129,10 +151,13 @@ class SpeedDependence:
         """Return the dependence from a cycle at constant speed, and from one with an
         acceleration.
         """
-        phi, speed = cycle.sample_angles(count), model.device.machine.si("operation.speed_rpm")
+        phi, speed = (
+            model.device.engine.list_angles(count),
+            model.device.machine.si("operation.speed_rpm"),
+        )
         steady = model.turn(phi).totals["F_support"]
         accelerated = model.turn(phi, {"speed_rate": 1.0}).totals["F_support"]
-        weight = cycle.compute_weight(model.device)
+        weight = model.device.weight
         return cls(phi, weight, (steady - weight) / speed**2, accelerated - steady)
 
     def rippling_force(self, low: float, high: float, per_turn: float) -> Array:
@@ -190,9 +215,9 @@ def compute_impacts(model: LiftedModel, backlash_mm: float) -> list[dict[str, An
     grows linearly; it meets the teeth again at the speed (9 rate gap^2 / (2 J))^(1/3). The support
     takes the jump of the body's momentum, at most its static moment times the speed.
     """
-    phi, device = cycle.sample_angles(MIN_SAMPLES), model.device
+    phi, device = model.device.engine.list_angles(MIN_SAMPLES), model.device
     turn, driven = model.turn(phi), _compute_driven_inertia(device)
-    distances = cycle.find_centre_distances(device, device.prologue(device.design))
+    distances = device.centre_distances(device.design)
     impacts = []
     for tag, distance in zip("PQ", distances, strict=True):
         (inertia, static), radius = driven[tag], float(distance) / 2

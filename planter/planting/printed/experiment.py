@@ -36,8 +36,7 @@ from planter.measured.sensor_curve import SensorCurve, name_parameter
 from planter.measured.sensor_view import find_sensor_view
 from planter.numerics.arrays import TURN
 from planter.planting.file import load
-from planter.planting.machines import build_machine
-from planter.planting.model import Device
+from planter.planting.model import Device, build_machine
 from planter.planting.unpublished_inputs import MET
 from planter.progress import Listener
 

@@ -19,7 +19,7 @@ import numpy as np
 from planter.audit.registry import Inputs, consequence, formula
 from planter.files.units import unit_factor
 from planter.kernels import Array
-from planter.planting import cycle, optimisation
+from planter.planting import optimisation
 from planter.planting.file import PlantingMachine, load
 from planter.planting.functions import MODELS, Model
 from planter.planting.model import Device
@@ -50,15 +50,12 @@ class BothModels:
     @cached_property
     def angles(self) -> Array:
         """Carrier angles of the machine's own samples [rad], (n,)."""
-        return cycle.sample_angles(self.machine.objective.samples)
+        return self.devices["exact"].engine.list_angles()
 
     @cached_property
-    def turns(self) -> dict[Model, cycle.DeviceCycleTable]:
-        """A turn of the machine's own design in each model."""
-        return {
-            model: cycle.evaluate_cycle(d, d.prologue(d.design), self.angles)
-            for model, d in self.devices.items()
-        }
+    def turns(self) -> dict[Model, dict[str, Array]]:
+        """Columns of a turn of the machine's own design in each model."""
+        return {model: d.columns(d.design, self.angles) for model, d in self.devices.items()}
 
     @cached_property
     def optima(self) -> dict[Model, DeviceOptimum]:
@@ -94,7 +91,7 @@ class BothModels:
         paths = [entry["shown"] for entry in device.sidecar["vectors"]["machine"]]
         for path, value in values.items():
             device.constants[paths.index(path)] = value * unit_factor(path)
-        return cycle.evaluate_cycle(device, device.prologue(device.design), self.angles).support
+        return device.support(device.prologue(device.design), self.angles)
 
     @property
     def assumptions(self) -> list[str]:
@@ -120,7 +117,7 @@ def felt(name: str, model: Model, paths: Sequence[str], share: float) -> float:
     machine = both(name)
     numbers = machine.machine.numbers()
     changed = machine.support_with(model, {path: numbers[path] * (1 + share) for path in paths})
-    return float(abs(changed - machine.turns[model].support).max())
+    return float(abs(changed - machine.turns[model]["support_N"]).max())
 
 
 @formula("support force")
@@ -145,9 +142,9 @@ def _assuming(inputs: Inputs) -> BothModels:
     return machine
 
 
-def work(turn: cycle.DeviceCycleTable) -> float:
+def work(turn: Mapping[str, Array]) -> float:
     """Work of the motor over a turn [J], from equally spaced samples."""
-    return float(turn.totals["M_L_Nm"].mean() * 2 * np.pi)
+    return float(turn["M_L_Nm"].mean() * 2 * np.pi)
 
 
 Entry = dict[str, Any]
@@ -296,21 +293,19 @@ def _law(machine: BothModels, law: Mapping[str, Any], measure: str, decisive: bo
 
 def _measure_distance(total: str) -> Callable[[BothModels, Model], float]:
     def measure(machine: BothModels, model: Model) -> float:
-        return float(
-            abs(machine.turns[model].totals[total] - machine.turns["exact"].totals[total]).max()
-        )
+        return float(abs(machine.turns[model][total] - machine.turns["exact"][total]).max())
 
     return measure
 
 
 def _measure_minimum(contact: str) -> Callable[[BothModels, Model], float]:
-    return lambda machine, model: float(machine.turns[model].sides[0][contact].min())
+    return lambda machine, model: float(machine.turns[model][contact].min())
 
 
 def _at_rest(machine: BothModels, model: Model) -> float:
     rpm = machine.machine.numbers()["operation.speed_rpm"] * _SLOW
     force = machine.support_with(model, {"operation.speed_rpm": rpm})
-    return float(abs(force - cycle.compute_weight(machine.devices[model])).max())
+    return float(abs(force - machine.devices[model].weight).max())
 
 
 MEASURES: dict[str, tuple[str, str, Callable[[BothModels, Model], float]]] = {

@@ -15,7 +15,6 @@ from planter.gear_geometry.cutting import DEFAULT_MODULE, ToothOrder
 from planter.gear_geometry.polygons import build_polygon
 from planter.kernels import Array
 from planter.optimise.response import list_breakpoints
-from planter.planting import cycle
 from planter.planting.model import Device
 from planter.planting.toothed import Gearing, cut_gear_train, locate_pitch_curves
 from planter.view.scene import (
@@ -88,8 +87,8 @@ def build_scene(
     Its gears have teeth where those can be made, but for a scene that is not `toothed`: it is found
     ten times faster.
     """
-    turn = cycle.evaluate_cycle(device, device.prologue(x), cycle.sample_angles(MOMENTS))
-    columns, measured = turn.columns(), cycle.measure_design(device, x, turn)
+    columns = device.columns(x, device.engine.list_angles(MOMENTS))
+    measured = device.measure(x, columns)
     columns |= {
         f"{name}_N": np.hypot(columns[f"{name}x_N"], columns[f"{name}y_N"]) for name in FORCES
     }
@@ -258,7 +257,7 @@ def _force(columns: dict[str, Array], name: str, side: int) -> Force:
 
 
 def _curve(device: Device, columns: dict[str, Array], key: str) -> Curve:
-    reference = cycle.compute_weight(device) if key == "support_N" else None
+    reference = device.weight if key == "support_N" else None
     return Curve(CURVES[key], units.display_unit(key), columns[key], reference)
 
 
@@ -266,9 +265,7 @@ def _before(device: Device, x: Array | None) -> list[Body]:
     """The path of the tip in another design."""
     if x is None:
         return []
-    columns = cycle.evaluate_cycle(
-        device, device.prologue(x), cycle.sample_angles(MOMENTS)
-    ).columns()
+    columns = device.columns(x, device.engine.list_angles(MOMENTS))
     path = np.column_stack([columns["tip_machine_x_mm"], columns["tip_y_mm"]])
     return [Body("path of the tip before, side 1", (Outline(path, "before"),))]
 

@@ -22,7 +22,6 @@ from planter.audit.registry import FORMULAS, Inputs
 from planter.clutch.printed import formulas
 from planter.errors import PlanterError
 from planter.pickup.printed import inverse
-from planter.planting import cycle
 from planter.planting.printed import support_force as force
 from tests.planter.pickup import pickups
 
@@ -618,8 +617,8 @@ def test_design_score_equals_cycle() -> None:
         assert machine.score(model, device.design) == pytest.approx(
             machine.headlines(model)["objective"], rel=1e-9
         )
-        turn = cycle.evaluate_cycle(device, device.prologue(device.design), machine.angles)
-        assert machine.support_with(model, {}) == pytest.approx(turn.support, rel=1e-12)
+        turn = device.columns(device.design, machine.angles)
+        assert machine.support_with(model, {}) == pytest.approx(turn["support_N"], rel=1e-12)
 
 
 def test_force_dependencies_are_detected() -> None:

@@ -67,7 +67,7 @@ def test_missing_objective_is_refused() -> None:
     with pytest.raises(InputError, match=r"objective\.least is missing"):
         compute_objective_sensitivity(machine)
     with pytest.raises(InputError, match="--all"):
-        compute_objective_sensitivity(machine.with_moved({}), "max M_in")
+        compute_objective_sensitivity(machine.with_moved({}), least="max M_in")
     free = machine.with_moved({"values.J_kg_m2": (0.0, 1.0)})
     with pytest.raises(InputError, match="has an effect on s"):
         compute_sensitivity(

@@ -76,7 +76,7 @@ def test_summary_has_vanishing_norms(machine: Machine) -> None:
 @pytest.mark.parametrize("samples", [360, None])
 def test_gradient_takes_a_side(machine: Machine, name: str, samples: int | None) -> None:
     for kind, expected in (("mean", MEAN), ("rms", np.sqrt(2)), ("max", 2.0)):
-        result = compute_objective_sensitivity(machine, f"{kind} {name}", samples)
+        result = compute_objective_sensitivity(machine, samples, f"{kind} {name}")
         rel = 1e-9 if samples is None else 1e-4
         assert result.gradient["r_m"] == pytest.approx(1e3 * expected, rel=rel)
         assert result.gradient["s_m"] == 0.0

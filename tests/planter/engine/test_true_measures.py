@@ -117,5 +117,5 @@ def test_pole_takes_the_summary_of_one_quantity_alone() -> None:
     assert result.designer is not None
     assert result.designer.peaks == []
     assert [warning.name for warning in result.warnings] == ["no_summary"]
-    assert np.cos(np.radians(result.warnings[0].angle_deg or 0.0)) == pytest.approx(S / R, abs=1e-6)
+    assert np.cos(np.radians(result.warnings[0].phi_deg or 0.0)) == pytest.approx(S / R, abs=1e-6)
     assert result.quantities["y"].max < np.inf

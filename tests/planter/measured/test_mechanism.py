@@ -14,7 +14,7 @@ from planter.measured import reading
 from planter.measured.column_units import list_units
 from planter.measured.curve import Chosen, MeasuredCurve
 from planter.measured.reading import Columns
-from planter.mechanism.commands import calibrate_machine
+from planter.mechanism.calibration import MeasuredSource, calibrate_to_data
 from planter.mechanism.file import load
 from planter.mechanism.model import Model
 from planter.parallel.task import AUTO, Means
@@ -48,9 +48,8 @@ def test_fitted_intervals_contain_true_values(data: Path) -> None:
         "r_mm": (40.0, 80.0),
         "offset_N": (-9.0, 9.0),
     }
-    calibrated = calibrate_machine(
-        own.machine("slider_crank"), data, Columns("force", time="t"), bounds, "F_Ox_N"
-    )
+    source = MeasuredSource(own.machine("slider_crank"), data, Columns("force", time="t"), "F_Ox_N")
+    calibrated = calibrate_to_data(source, bounds)
     truth = {"values.m_s_kg": 1.8, "values.k_N_m": 720.0, "values.r_mm": 60.0, "offset_N": 2.0}
     assert (calibrated.result.outcome, calibrated.result.rank, calibrated.result.other_model) == (
         "explained",
@@ -91,18 +90,16 @@ def test_bounds_beyond_closure_only_cost_starts(data: Path) -> None:
     """A crank longer than the rod has a dead point: starts there end nowhere, the others find the
     truth.
     """
-    columns, machine = Columns("place", time="t"), own.machine("slider_crank")
+    source = MeasuredSource(own.machine("slider_crank"), data, Columns("place", time="t"), "s_mm")
     result, by_workers = (
-        calibrate_machine(
-            machine, data, columns, {"r_mm": (40.0, 400.0)}, "s_mm", means=means
-        ).result
+        calibrate_to_data(source, {"r_mm": (40.0, 400.0)}, means=means).result
         for means in (AUTO, Means(2))
     )
     assert by_workers.table() == result.table(), "every digit"
     assert result.fitted[0].interval[0] < 60.0 < result.fitted[0].interval[1]
     assert result.starts == 8 > result.agreeing_starts
     with pytest.raises(ComputationError, match="narrow the bounds"):
-        calibrate_machine(machine, data, columns, {"r_mm": (300.0, 400.0)}, "s_mm")
+        calibrate_to_data(source, {"r_mm": (300.0, 400.0)})
 
 
 def test_restart_ignores_earlier_values(data: Path) -> None:
@@ -139,11 +136,9 @@ def test_invalid_fit_is_rejected(data: Path) -> None:
         *call, "--column", "force", "--quantity", "s_mm", "--fit", "r_mm=1:2"
     )
     assert "--data must name a CSV file" in refusal("calibrate", path)
-    assert "--flank does not apply" in refusal("calibrate", path, "--flank", "harmonic")
+    unnamed = MeasuredSource(own.machine("slider_crank"), data, Columns("force", time="t"))
     with pytest.raises(InputError, match="--quantity must name"):
-        calibrate_machine(
-            own.machine("slider_crank"), data, Columns("force", time="t"), {"r_mm": (1, 2)}, None
-        )
+        calibrate_to_data(unnamed, {"r_mm": (1, 2)})
 
 
 def test_column_units_match_quantity() -> None:

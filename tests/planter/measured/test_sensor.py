@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from planter import Simulation, simulate
 from planter.engine.machine import Machine
 from planter.errors import InputError
 from planter.files.document import Document, format_lines
@@ -27,7 +28,6 @@ from planter.mechanism.machines import build_machine
 from planter.numerics.arrays import TURN
 from planter.planting.file import PlantingMachine
 from planter.planting.model import Device
-from planter.planting.simulation import Simulation, simulate
 from planter.studio.static_model import StaticPageModel
 from planter.studio.static_page import file_template
 from planter.view.subject import Movable, open_machine
@@ -321,7 +321,7 @@ def test_file_without_measurement_reports_none() -> None:
     table, cycle = simulate_wang().result.table(), simulate_machine(build_knife())
     assert "measurement" not in table
     assert "measurement" not in cycle.result.table()
-    assert not [key for key in simulate_wang().columns() if key.startswith("measured")]
+    assert not [key for key in simulate_wang().table() if key.startswith("measured")]
     assert measure_cycle(build_knife(), cycle.machine.list_angles(), cycle.columns) is None
 
 

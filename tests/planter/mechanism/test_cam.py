@@ -119,7 +119,6 @@ def test_the_command_writes_a_disc(tmp_path: Path) -> None:
     [
         (("--y", "y_0+lift"), "--y = lift: there are s, N_cam_centre_x"),
         (("--y", "y_0+s", "--force", "N_cm"), "--force = N_cm: did you mean N_cam?"),
-        (("--y", "y_0+s", "--speed-rpm", "3"), "--speed-rpm does not apply"),
         (("--x", "1"), "--x needs --y"),
         (("--force", "guide"), "--force = guide: there are N_cam"),
         (("--y", "y_0+s", "--bore-mm", "70"), "cam_follower: a bore of 70 mm leaves a wall"),

@@ -89,7 +89,7 @@ def test_roller_lifts_off_above_computed_speed() -> None:
 
 def lifting(**values: float) -> list[tuple[str, float]]:
     return [
-        (w.name, w.angle_deg)
+        (w.name, w.phi_deg)
         for w in compute_cycle(Model(own.machine("cam_follower", **values))).result.warnings
     ]
 
@@ -106,7 +106,7 @@ def test_a_turn_warns_where_the_cam_would_have_to_pull() -> None:
     (warning,) = compute_cycle(
         Model(own.machine("cam_follower", mu=0.0, omega_rpm=1100))
     ).result.warnings
-    assert warning.angle_deg == pytest.approx(off, abs=1e-6)
+    assert warning.phi_deg == pytest.approx(off, abs=1e-6)
     assert f"would have to pull from {off:.6g} to {360 - off:.6g} deg" in warning.message
 
 
@@ -114,7 +114,7 @@ def test_pull_between_samples_is_reported() -> None:
     rpm = np.sqrt(2 / 0.014 * (G + (22 + 1800 * 0.014) / 0.65)) * 30 / np.pi
     model = Model(own.machine("cam_follower", mu=0.0, omega_rpm=rpm * 1.00001))
     assert model(np.radians([179.0, 181.0]))["N_cam"].min() > 0
-    assert [w.angle_deg for w in compute_cycle(model, 45).result.warnings] == [
+    assert [w.phi_deg for w in compute_cycle(model, 45).result.warnings] == [
         pytest.approx(179.6, abs=0.4)
     ]
     assert lifting(F_0_N=-900.0) == [("contact_would_pull", 0.0)]

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from derive.__main__ import main as derive
+from planter import simulate
 from planter.engine.goal import resolve_measure
 from planter.engine.machine import load_machine
 from planter.engine.measures import parse_sum
@@ -25,7 +26,6 @@ from planter.optimise.range_variance import CurveSumObjective
 from planter.parallel.task import Means
 from planter.planting.file import PlantingMachine
 from planter.planting.model import Device
-from planter.planting.simulation import simulate
 from tests.planter.optimise.test_smooth import SHORT
 from tests.support import own
 from tests.support.cli import answer, refusal

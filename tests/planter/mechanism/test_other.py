@@ -18,7 +18,7 @@ from tests.support.tables import read_cycle_csv
 def test_pickup_simulation_equals_pickup_command() -> None:
     result = answer("simulate", "yu2023", "--at", "30", "--samples", "360")
     state = answer("pickup", "yu2023", "--at", "30")["at"][0]
-    at = result["at"][0]["quantities"]
+    (at,) = result["at"]
     assert (at["x_S_mm"], at["y_S_mm"]) == pytest.approx(tuple(state["tip_mm"]), rel=1e-12)
     assert at["epsilon"] == pytest.approx(state["contact_ratio"], rel=1e-12)
     assert np.hypot(at["vx_S_m_s"], at["vy_S_m_s"]) == pytest.approx(
@@ -40,9 +40,8 @@ def test_linkage_sensitivity_equals_differences() -> None:
     for sign in (1, -1):
         data = machine.data.copy()
         data[index] += sign * step
-        at = simulate_machine(machine.with_data(data), 24, [40.0]).result.at
-        assert at is not None
-        ends.append(at[0].quantities["X_f_mm"])
+        (at,) = simulate_machine(machine.with_data(data), 24, [40.0]).result.at
+        ends.append(at["X_f_mm"])
     difference = (ends[0] - ends[1]) / (2 * step) * machine.values[index].factor
     assert result["gradient"][key] == pytest.approx(difference, rel=1e-5)
 
@@ -50,8 +49,8 @@ def test_linkage_sensitivity_equals_differences() -> None:
 def test_a_place_of_a_pick_up_is_fitted_to_data(tmp_path: Path) -> None:
     machine = load_machine("yu2023", {"bars.L2_mm": 170.0})
     degrees = np.arange(0, 360, 10.0)
-    at = simulate_machine(machine, 24, degrees.tolist()).result.at or []
-    rows = [f"{state.angle_deg},{state.quantities['x_S_mm']}" for state in at]
+    at = simulate_machine(machine, 24, degrees.tolist()).result.at
+    rows = [f"{degree},{state['x_S_mm']}" for degree, state in zip(degrees, at, strict=True)]
     data = tmp_path / "tip.csv"
     data.write_text("\n".join(["angle [deg],x [mm]", *rows]) + "\n", encoding="utf-8")
     call = ("--column", "x", "--angle", "angle", "--quantity", "x_S_mm", "--fit", "L2_mm=150:190")

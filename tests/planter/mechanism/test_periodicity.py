@@ -131,7 +131,7 @@ def test_contact_of_nonperiodic_cycle() -> None:
     )
     model, angles = Model(replace(machine, quantities=pushing)), 2 * np.pi * np.arange(90) / 90
     lift_offs = list_lift_offs(model, angles, model(angles), repeats=False)
-    assert [lift_off.angle_deg for lift_off in lift_offs] == pytest.approx([0.0, 300.0], abs=1e-6)
+    assert [lift_off.phi_deg for lift_off in lift_offs] == pytest.approx([0.0, 300.0], abs=1e-6)
 
 
 def test_curve_and_drawing_end_where_the_turn_does(tmp_path: Path) -> None:

@@ -12,9 +12,8 @@ import pytest
 from derive import Mechanism, quantities
 from derive.mechanics.statement import MechanismError
 from planter.errors import InputError
-from planter.mechanism.cycle import validate_free_motion
 from planter.mechanism.ensemble import EnsembleSpec, compute_ensemble
-from planter.mechanism.motion import compute_motion
+from planter.mechanism.motion import compute_motion, validate_free_motion
 from tests.support import own
 
 DISC = '''

@@ -14,7 +14,8 @@ from planter.cli.app import build_application
 from planter.engine.machine import load_machine
 from planter.files import examples
 from planter.mechanism import file
-from planter.mechanism.cycle import validate_free_motion, validate_machine
+from planter.mechanism.cycle import validate_machine
+from planter.mechanism.motion import validate_free_motion
 from tests.support import own
 from tests.support.cli import answer
 
@@ -60,7 +61,7 @@ def test_value_outside_bounds_is_named() -> None:
     (warning,) = validate_machine(load_machine(_source(SLIDER_CRANK), {"r_mm": 81.0})).warnings
     assert "r_mm = 81" in warning.message
     assert "[30, 80]" in warning.message
-    assert warning.angle_deg is None
+    assert warning.phi_deg is None
 
 
 @pytest.mark.parametrize(("limit", "met"), [(101.0, True), (99.0, False)])

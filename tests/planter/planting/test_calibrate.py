@@ -8,12 +8,13 @@ import numpy as np
 import pytest
 
 from planter.errors import InputError
-from planter.planting import calibration, cycle, file
+from planter.optimise.sampled_cycle import sample_angles
+from planter.planting import calibration, file
 from planter.planting.calibration import FLANK, fitted_machine
 from planter.planting.file import PlantingMachine
 from planter.planting.model import Device
 from planter.planting.presentation import present_calibration
-from planter.planting.results import CalibrationFound
+from planter.planting.results import CalibrationFound, Statistics
 from planter.planting.unpublished_inputs import (
     FIGURES,
     CalibrationForce,
@@ -120,15 +121,13 @@ def test_fitted_machine_reproduces_reached_values(
     )
     for model in ("printed", "exact"):
         device = Device(fitted, model)
-        turn = cycle.evaluate_cycle(
-            device, device.prologue(device.design), cycle.sample_angles(machine.objective.samples)
-        )
-        statistics = cycle.compute_statistics(turn.support)
+        turn = device.columns(device.design, sample_angles(machine.objective.samples, 2 * np.pi))
+        statistics = Statistics.of_samples(turn["support_N"])
         if model == "printed":
             assert {key: getattr(statistics, key) for key in FIGURES} == pytest.approx(
                 calibrated.reached, rel=1e-9
             )
-            assert turn.sides[0]["F_E_N"].min() == pytest.approx(calibrated.least_push_N, rel=1e-6)
+            assert turn["F_E_N"].min() == pytest.approx(calibrated.least_push_N, rel=1e-6)
         else:
             assert statistics.range_N == pytest.approx(calibrated.other_model.range_N, rel=1e-9)
 

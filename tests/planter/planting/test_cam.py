@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from shapely import Point, Polygon
 
+from planter import simulate
 from planter.kernels import Array
 from planter.planting import cam, file
 from planter.planting.model import Device
-from planter.planting.simulation import simulate
 from planter.workshop.cam import find_lift_off
 from tests.support.cli import answer, refusal
 from tests.support.outlines import read_dxf

@@ -8,17 +8,16 @@ import math
 import numpy as np
 import pytest
 
+from planter import simulate
 from planter.errors import InputError
 from planter.kernels.formulas import load as formulas
-from planter.planting import cycle, optimisation, simulation
 from planter.planting import design_results as shown
 from planter.planting import design_summary as summary
-from planter.planting.design_presentation import present_simulation
+from planter.planting import optimisation
 from planter.planting.design_results import DesignersSummary
 from planter.planting.design_summary import DesignTurn
 from planter.planting.file import PlantingMachine, load
 from planter.planting.model import Device
-from planter.terminal.console import Console
 from tests.support import machines
 
 TEETH = {"module_mm": 1.5, "face_width_mm": 12.0, "youngs_modulus_GPa": 206.0, "poisson_ratio": 0.3}
@@ -37,8 +36,8 @@ def with_teeth(machine: PlantingMachine, **changes: float) -> PlantingMachine:
 @pytest.mark.parametrize("name", ["wang2017", "compact", "random 1", "random 3"])
 def test_dense_cycle_stays_within_peaks_and_reaches_them(name: str) -> None:
     device, designer = summarise_machine(name)
-    turn = cycle.evaluate_cycle(device, device.prologue(device.design), PHI)
-    side, totals = turn.sides[0], turn.totals
+    turn = device.columns(device.design, PHI)
+    side, totals = turn, turn
     sizes = {
         "F_NP": side["F_NP_N"],
         "F_NQ": side["F_NQ_N"],
@@ -49,15 +48,15 @@ def test_dense_cycle_stays_within_peaks_and_reaches_them(name: str) -> None:
         "mount_O": np.hypot(totals["F_Ox_N"], totals["F_Oy_N"]),
         "frame": np.hypot(totals["support_N"], totals["support_x_N"]),
     }
-    peaks = {force.name: force for force in designer.forces}
+    peaks = {force.name: force for force in designer.peaks}
     for key, size in sizes.items():
         scale = float(np.ptp(size))
-        assert size.max() <= peaks[key].max_N + 1e-9 * scale
-        assert size.min() >= peaks[key].min_N - 1e-9 * scale
-        assert size.max() == pytest.approx(peaks[key].max_N, abs=2e-5 * scale)
-        assert size.min() == pytest.approx(peaks[key].min_N, abs=2e-3 * scale)
+        assert size.max() <= peaks[key].max + 1e-9 * scale
+        assert size.min() >= peaks[key].min - 1e-9 * scale
+        assert size.max() == pytest.approx(peaks[key].max, abs=2e-5 * scale)
+        assert size.min() == pytest.approx(peaks[key].min, abs=2e-3 * scale)
         at = math.radians(peaks[key].max_phi_deg)
-        assert abs(np.interp(at, PHI, size) - peaks[key].max_N) < 1e-3 * scale
+        assert abs(np.interp(at, PHI, size) - peaks[key].max) < 1e-3 * scale
     torque = totals["M_L_Nm"]
     assert designer.motor.rms_Nm == pytest.approx(
         np.sqrt(np.trapezoid(torque**2, PHI) / (2 * np.pi)), rel=1e-5
@@ -69,14 +68,14 @@ def test_dense_cycle_stays_within_peaks_and_reaches_them(name: str) -> None:
 def test_the_motor_s_mean_torque_does_the_work_of_friction(name: str) -> None:
     device, designer = summarise_machine(name)
     assert 2 * math.pi * designer.motor.mean_Nm == pytest.approx(
-        simulation.compute_work(device).friction_J, rel=1e-8
+        simulate(device).result.work["friction_J"], rel=1e-8
     )
 
 
 def test_printed_summary_omits_unreported_quantities() -> None:
     _, designer = summarise_machine("wang2017", "printed")
-    assert not [force for force in designer.forces if force.name.startswith("hinge")]
-    assert min(force.min_N for force in designer.forces if force.name == "F_NP") < -50
+    assert not [force for force in designer.peaks if force.name.startswith("hinge")]
+    assert min(force.min for force in designer.peaks if force.name == "F_NP") < -50
 
 
 def test_nearly_circular_gears_equal_textbook() -> None:
@@ -94,13 +93,13 @@ def test_nearly_circular_gears_equal_textbook() -> None:
         assert gear.curvature_radius_min_mm == pytest.approx(radius, rel=1e-6)
         assert gear.teeth_min == pytest.approx(2 * radius / TEETH["module_mm"], rel=1e-6)
     assert stage.pressure_angle_max_deg == pytest.approx(20, abs=1e-5)
-    normal = next(force.max_N for force in designer.forces if force.name == "F_NQ")
+    normal = next(force.max for force in designer.peaks if force.name == "F_NQ")
     assert stage.stress is not None
     curvature = 2 / (radius * 1e-3 * math.sin(math.radians(20)))
     expected = 189.8e3 * math.sqrt(normal / (TEETH["face_width_mm"] * 1e-3) * curvature) * 1e-6
     assert stage.stress.contact_MPa == pytest.approx(expected, rel=3e-4)
     assert stage.stress.contact_phi_deg == pytest.approx(
-        next(force.max_phi_deg for force in designer.forces if force.name == "F_NQ"), abs=1e-4
+        next(force.max_phi_deg for force in designer.peaks if force.name == "F_NQ"), abs=1e-4
     )
 
 
@@ -201,7 +200,7 @@ def test_two_modules_are_refused() -> None:
 
 def test_every_sentence_of_an_optimisation_is_computed() -> None:
     device = machines.device("wang2017")
-    start = simulation.simulate(device).result
+    start = simulate(device).result
     proof = {
         "kkt_residual": 1e-9,
         "active_bounds": [],
@@ -236,23 +235,3 @@ def _optimum(changes: dict[str, object]) -> optimisation.OptimumFound:
         "insensitive": [],
     }
     return optimisation.OptimumFound.read({**record, **changes})
-
-
-def test_it_stands_in_the_result_and_on_the_page() -> None:
-    device = machines.device("wang2017")
-    simulated = simulation.simulate(device)
-    designer = simulated.result.table()["designer"]
-    assert designer["motor"] == pytest.approx(
-        dataclasses.asdict(summarise_machine("wang2017")[1])["motor"], rel=1e-12
-    )
-    page = present_simulation(simulated).page({})
-    assert "Peaks of forces, true extremes over a cycle" in page
-    assert f"{designer['motor']['max_Nm']:.6g}" in page
-
-
-def test_the_tables_fit_80_columns_and_cut_no_name(capsys: pytest.CaptureFixture[str]) -> None:
-    device = machines.device("wang2017-wide")
-    present_simulation(simulation.simulate(device)).show(Console(as_json=False))
-    output = capsys.readouterr().out
-    assert max(map(len, output.splitlines())) <= 80
-    assert "\N{HORIZONTAL ELLIPSIS}" not in output

@@ -4,23 +4,17 @@ with.
 
 from __future__ import annotations
 
-import json
 from dataclasses import replace
 from functools import cache
-from pathlib import Path
 
-import jsonschema
 import numpy as np
 import pytest
-import scipy.integrate
 
 from planter.engine.drive import Drive, DrivenMachine, Motor, SpeedHistory, drive_machine
-from planter.errors import ComputationError, InputError
+from planter.errors import InputError
 from planter.planting.lifted import LiftedModel
 from planter.planting.motor_drive import build_driven_machine
 from tests.support import machines
-from tests.support.cli import answer
-from tests.support.schemas import load_schema
 
 SPEED = 40 * np.pi / 30
 MOTOR = Motor(6.0, 1.05 * SPEED, 0.1)
@@ -90,63 +84,8 @@ def test_periodic_cycle_balances_motor_and_friction() -> None:
     )
 
 
-def test_with_a_flywheel_without_end_the_speed_is_constant() -> None:
-    """The fluctuation falls as the inverse of the inertia, and the force goes to that at constant
-    speed.
-    """
-    drives = [drive(replace(MOTOR, flywheel=j)).result for j in (1e4, 1e6)]
-    changes, fluctuations = zip(
-        *((each.quantities["support_N"].change, each.speed.fluctuation) for each in drives),
-        strict=True,
-    )
-    assert fluctuations[0] / fluctuations[1] == pytest.approx(100, rel=1e-2)
-    assert changes[1] < 1e-6
-    assert drive().result.quantities["support_N"].change > 0.1
-
-
-def test_another_integrator_finds_the_same_speed() -> None:
-    model = driven()
-    at = model.run(SPEED, 1, 36)
-
-    def rates(phi: float, omega: np.ndarray) -> np.ndarray:
-        return model.acceleration(np.array([phi]), omega) / omega
-
-    solution = scipy.integrate.solve_ivp(
-        rates, (0, 1), [SPEED], "LSODA", [np.radians(50)], rtol=1e-9, atol=1e-10
-    )
-    assert solution.y[0, 0] == pytest.approx(at.omega[5], rel=1e-7)
-
-
-def test_a_motor_too_weak_stalls_at_an_angle() -> None:
-    with pytest.raises(
-        ComputationError, match=r"wang2017: the motor stalls \d+ deg after the start; it needs more"
-    ):
-        drive(replace(MOTOR, stall=0.05, flywheel=0.01))
-
-
 def test_invalid_motor_is_refused() -> None:
     with pytest.raises(InputError, match="--flywheel-kgm2 = -1: it must be greater than 0"):
         replace(MOTOR, flywheel=-1.0)
     with pytest.raises(InputError, match="drives the exact model"):
         build_driven_machine(machines.device("wang2017", "printed"))
-
-
-def test_command_and_files(tmp_path: Path) -> None:
-    motor = ("--stall-Nm", "6", "--idle-rpm", "42", "--flywheel-kgm2", "0.1")
-    result = answer(
-        "drive",
-        "compact",
-        *motor,
-        "--turns",
-        "2",
-        "--samples",
-        "90",
-        "--out",
-        str(tmp_path / "run"),
-    )
-    jsonschema.validate(result, load_schema("drive"))
-    assert len(result["turns_rpm"]) == 3
-    written = json.loads((tmp_path / "run" / "summary.json").read_text())
-    assert {key: written[key] for key in result} == result
-    for name in ("turn.csv", "report.html", "figures/drive.svg", "figures/drive.png"):
-        assert (tmp_path / "run" / name).stat().st_size > 1000

@@ -8,17 +8,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from planter import simulate
 from planter.exports import c99
-from planter.exports.quantities import build_name, to_identifier
+from planter.exports.quantities import build_name, list_quantities, to_identifier
 from planter.files import examples, units
-from planter.planting.cycle import evaluate_cycle, list_device_quantities
 from planter.planting.file import load
 from planter.planting.functions import MODELS, Model
-from planter.planting.machines import build_machine
-from planter.planting.model import Device
-from planter.planting.simulation import compute_objective_gradient, simulate
-from tests.support import swapped
-from tests.support.cli import answer, refusal
+from planter.planting.model import Device, build_machine
+from tests.support.cli import answer
 from tests.support.lanes import STRICT, path_of
 
 OBJECTIVE = ("range_N", "variance_N2", "mean_N")
@@ -49,12 +46,11 @@ def numbers(program: Path) -> dict[str, float]:
 def furthest(device: Device, lines: list[str]) -> float:
     """How far a printed turn is from the device's, of each quantity's largest number."""
     rows = np.array([[float(cell) for cell in line.split(",")] for line in lines[1:]])
-    turn = evaluate_cycle(device, device.prologue(device.design), rows[:, 0])
-    quantities = list_device_quantities(device.sidecar)
-    assert lines[0].split(",") == ["phi", *(q.name for q in quantities)]
-    columns = turn.columns()
-    assert list(columns) == ["phi_deg", *(q.key for q in quantities)]
-    expected = np.array([columns[q.key] * units.unit_factor(q.key) for q in quantities])
+    columns = device.columns(device.design, rows[:, 0])
+    del columns["phi_deg"]
+    names = [quantity.name for quantity in list_quantities(device.engine)]
+    assert lines[0].split(",") == ["phi", *names]
+    expected = np.array([column * units.unit_factor(key) for key, column in columns.items()])
     return float(
         (np.abs(rows[:, 1:].T - expected).max(axis=1) / np.abs(expected).max(axis=1)).max()
     )
@@ -87,9 +83,7 @@ def test_program_equals_simulate(
     expected = answer("simulate", name, *options)
     assert values["objective"] == pytest.approx(expected["objective"], rel=1e-12)
     device = Device(load(name, {"alpha3_deg": alpha3_deg}), model)
-    sampled = expected["support_force"] | {
-        "mean_N": simulate(device).cycle.columns()["support_N"].mean()
-    }
+    sampled = expected["support_force"] | {"mean_N": simulate(device).columns["support_N"].mean()}
     for key in OBJECTIVE:
         assert values[key] == pytest.approx(sampled[key], rel=1e-11)
     samples = str(device.machine.objective.samples)
@@ -112,62 +106,12 @@ def written(device: Device, folder: Path) -> list[Path]:
     return [folder / file for file in texts]
 
 
-def test_another_machine_an_odd_number_of_samples(tmp_path: Path) -> None:
-    table = swapped.table()
-    table["objective"]["samples"], table["name"] = 37, "My 2nd */ machine"
-    device = Device(swapped.PlantingMachine.read(table, "swapped.toml"))
-    files = written(device, tmp_path)
-    assert [f.name for f in files] == [
-        "my_2nd_machine.h",
-        "my_2nd_machine.c",
-        "my_2nd_machine_main.c",
-    ]
-    value, gradient = compute_objective_gradient(device, 37)
-    values = numbers(built(files, "gcc", "-O1"))
-    assert values["objective"] == pytest.approx(value, rel=1e-12)
-    slopes = np.array([values[f"gradient.{name}"] for name in device.names])
-    width = device.upper - device.lower
-    assert np.abs((slopes - gradient) * width).max() <= 1e-10 * np.abs(gradient * width).max()
-
-
-def test_another_design_is_another_number(tmp_path: Path) -> None:
-    """The program's number is computed: with a number of the machine changed in its text it is
-    another one.
-    """
-    files = written(Device(load("wang2017")), tmp_path)
-    before = numbers(built(files, "gcc", "-O0"))["objective"]
-    text = files[1].read_text()
-    head, mark, data = text.partition("const double wang2017_machine[WANG2017_MACHINE] = {")
-    first, comma, rest = data.partition(", ")
-    files[1].write_text(head + mark + repr(1.1 * float(first)) + comma + rest)
-    assert numbers(built(files, "gcc", "-O0"))["objective"] != pytest.approx(before, rel=1e-3)
-
-
 def test_exchanged_sides_are_detected(tmp_path: Path) -> None:
     device = Device(load("wang2017"))
     files = written(device, tmp_path)
     second = "q + WANG2017_SIDE * angles"
     files[1].write_text(files[1].read_text().replace(f"q, {second}", f"{second}, q"))
     assert furthest(device, run_program(built(files, "gcc", "-O0"), "turn")) > 1e-3
-
-
-@pytest.mark.parametrize("model", MODELS)
-def test_units_meanings_and_equations_stand_in_the_header(model: Model) -> None:
-    device = Device(load("wang2017"), model)
-    header = " ".join(
-        next(iter(c99.build_source_files(build_machine(device)).values()))
-        .replace("\n *", " ")
-        .split()
-    )
-    assert "x[4] R3_mm: R [m] radius of the eccentric circle (wang2017 3.4)" in header
-    assert "x[9] m61: m61 [1] deformation coefficient of gear 6 (wang2017 3.4)" in header
-    for entry in device.sidecar["vectors"]["machine"]:
-        assert f"{entry['name']} [{entry['unit']}] {entry['meaning']}" in header
-    for number, q in enumerate(list_device_quantities(device.sidecar)):
-        assert f"q[{number}] {q.name} [{q.unit}] {q.meaning}" in header
-    for equation in device.sidecar["equations"]:
-        assert equation in header
-    assert ("wang2017 (18)" in header) == (model == "printed")
 
 
 def test_names_are_identifiers() -> None:
@@ -178,10 +122,6 @@ def test_names_are_identifiers() -> None:
         "gr_e",
         "m_",
     ]
-
-
-def test_unwritable_folder_is_refused() -> None:
-    assert "/dev/null/x" in refusal("export", "c", "wang2017", "--out", "/dev/null/x")
 
 
 def test_built_in_machines_have_unique_names() -> None:

@@ -8,6 +8,7 @@ import subprocess
 import sys
 import threading
 from collections.abc import Callable
+from pathlib import Path
 
 import matplotlib
 import numpy as np
@@ -15,56 +16,18 @@ import pytest
 from matplotlib.axes import Axes
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
-from matplotlib.lines import AxLine, Line2D
-from matplotlib.patches import Circle, Polygon
+from matplotlib.lines import Line2D
 from matplotlib.text import Text
 from matplotlib.transforms import Bbox
 
-from planter.planting.report import figures
-from planter.planting.report.figures import find_nondominated
-from planter.planting.toothed import Gearing, PlottedPitchCurve
+from planter.errors import InputError
+from planter.planting.report import forces as figures
 from planter.report import style
 from tests.support.sampled import sampled
 
 PHI = np.arange(360.0)
-LENGTH = 210.0
 
 
-def turn(travel: float = 0.0) -> dict[str, np.ndarray]:
-    """Columns of a turn, made up: a carrier with two links, a nozzle that swings and opens for a
-    while.
-    """
-    phi = np.radians(PHI)
-    a1 = 62 * np.array([-np.sin(phi), np.cos(phi)])
-    b1 = a1 + 61 * np.array([-np.sin(phi + 0.5), np.cos(phi + 0.5)])
-    alpha = np.radians(100) + 0.3 * np.sin(phi)
-    tip = b1 + LENGTH * np.array([np.cos(alpha), -np.sin(alpha)])
-    forces = {
-        f"{name}{axis}_N": size
-        * (np.sin(2 * phi + k) + 0.3 * np.cos(phi) * (name in ("F_A1", "F_B1")))
-        for name, size in (("F_A1", 50), ("F_B1", 80), ("F_O", 30), ("F_O1", 60))
-        for k, axis in enumerate("xy")
-    }
-    return {
-        "phi_deg": PHI,
-        "phi52_deg": PHI + 20 * np.sin(phi),
-        "phi72_deg": -PHI - 25 * np.sin(phi),
-        "omega_rad_s": 1.5 * np.sin(phi),
-        "alpha_deg": np.degrees(alpha),
-        "theta1_deg": np.where((PHI > 150) & (PHI < 300), 18.0, 0.0),
-        **{
-            f"{axis}_{name}_mm": point[i]
-            for name, point in (("A1", a1), ("B1", b1))
-            for i, axis in enumerate("xy")
-        },
-        "tip_machine_x_mm": tip[0],
-        "tip_x_mm": tip[0] + travel * phi,
-        "tip_y_mm": tip[1],
-        **forces,
-    }
-
-
-RATIOS = (1 + 0.3 * np.cos(np.radians(PHI)), 1 - 0.1 * np.cos(np.radians(PHI)))
 STEADY = 98 + np.sin(np.radians(2 * PHI))
 LIVELY = 77 + 45 * np.sin(np.radians(2 * PHI))
 CYCLES = {"exact": (PHI, STEADY), "printed": (PHI, LIVELY)}
@@ -74,42 +37,11 @@ JOINTS = {
     "cam, start of the rise": [131.0],
     "cam, end of the rise": [181.0],
 }
-REFERENCE = {"theory": (158.94, 36.77), "experiment": (171.96, 24.93)}
-HISTORY = {
-    "ga": [(40, 1.9), (80, 1.6), (8000, 1.31)],
-    "ipopt, start 1": [(1, 2.4), (2, 1.8), (20, 1.302)],
-    "ipopt, start 2": [(1, 2.9), (9, 1.303)],
-}
-POINTS = np.array([[3.0, 0.2], [2.0, 0.4], [2.0, 0.5], [2.5, 0.3], [3.0, 0.3], [2.5, 0.3]])
-MARKS = {"paper's design": (3.1, 0.27), "optimum": (2.5, 0.3)}
-
-
-def mesh() -> Gearing:
-    """Four circles that touch, one above the other."""
-    t = np.linspace(0, 2 * np.pi, 90)
-    centres = [np.array([0.0, y]) for y in (0, 60, 60, 120)]
-    curves = [
-        PlottedPitchCurve(name, centre, centre[:, None] + 30 * np.array([np.cos(t), np.sin(t)]))
-        for name, centre in zip(("sun", "gear 5", "gear 6", "planet gear"), centres, strict=True)
-    ]
-    contacts = {"P": np.array([0.0, 30.0]), "Q": np.array([0.0, 90.0])}
-    return Gearing(
-        0.0, tuple(curves), {"O": centres[0], "A1": centres[1], "B1": centres[3]}, contacts
-    )
 
 
 FIGURES: dict[str, Callable[[], Figure]] = {
-    "support force": lambda: figures.draw_support_force(CYCLES, 97.86, JOINTS, BEFORE, REFERENCE),
+    "support force": lambda: figures.draw_support_force(CYCLES, 97.86, JOINTS, BEFORE),
     "support force, plain": lambda: figures.draw_support_force({"exact": CYCLES["exact"]}, 97.86),
-    "tip path": lambda: figures.draw_tip_path(turn()),
-    "tip path, travelling": lambda: figures.draw_tip_path(turn(-160.0)),
-    "pitch curves": lambda: figures.draw_pitch_curves(mesh()),
-    "rotation": lambda: figures.draw_rotation(turn(), RATIOS),
-    "joint forces": lambda: figures.draw_joint_forces({"exact": turn(), "printed": turn()}),
-    "tip path, soil and before": lambda: figures.draw_tip_path(turn(-160.0), turn(), -300.0),
-    "pitch curves, before": lambda: figures.draw_pitch_curves(mesh(), mesh()),
-    "convergence": lambda: figures.draw_convergence(HISTORY),
-    "pareto": lambda: figures.draw_pareto(POINTS, MARKS, (0.6, 0.4)),
 }
 
 
@@ -158,7 +90,7 @@ def test_no_text_is_cut_off(name: str) -> None:
 
 
 def test_cut_text_is_detected() -> None:
-    figure = FIGURES["pareto"]()
+    figure = FIGURES["support force"]()
     figure.text(0.98, 0.5, "much too far to the right")
     assert outside(figure) == ["much too far to the right"]
 
@@ -182,50 +114,41 @@ def test_every_axis_has_a_unit(name: str) -> None:
     sampled(
         [
             "support force",
-            "tip path, soil and before",
-            "pitch curves, before",
-            "joint forces",
-            "pareto",
         ],
         FIGURES,
     ),
 )
 def test_the_same_data_give_the_same_bytes(name: str) -> None:
-    first = figures.render_svg(FIGURES[name]())
-    assert figures.render_svg(FIGURES[name]()) == first
+    first = style.render_svg(FIGURES[name]())
+    assert style.render_svg(FIGURES[name]()) == first
     assert "<dc:date>" not in first
 
 
 def test_earlier_figures_have_no_influence() -> None:
-    figure = FIGURES["tip path"]()
-    first = figures.render_svg(figure)
-    assert style.render_figure(figure) == style.render_figure(FIGURES["tip path"]())
-    assert figures.render_svg(figure) == first
-
-
-def test_other_data_give_other_bytes() -> None:
-    moved = figures.draw_pareto(POINTS + 1e-3, MARKS, (0.6, 0.4))
-    assert figures.render_svg(moved) != figures.render_svg(FIGURES["pareto"]())
+    figure = FIGURES["support force"]()
+    first = style.render_svg(figure)
+    assert style.render_png(figure) == style.render_png(FIGURES["support force"]())
+    assert style.render_svg(figure) == first
 
 
 @pytest.fixture(scope="module")
-def convergence() -> str:
+def single_drawing() -> str:
     """Drawn alone, under nobody's settings."""
-    return figures.render_svg(FIGURES["convergence"]())
+    return style.render_svg(FIGURES["support force"]())
 
 
-def test_settings_of_the_user_play_no_part_and_stay(convergence: str) -> None:
+def test_settings_of_the_user_play_no_part_and_stay(single_drawing: str) -> None:
     with matplotlib.rc_context({"font.size": 20, "lines.linewidth": 9, "svg.hashsalt": "mine"}):
-        assert figures.render_svg(FIGURES["convergence"]()) == convergence
+        assert style.render_svg(FIGURES["support force"]()) == single_drawing
         assert matplotlib.rcParams["font.size"] == 20
         assert matplotlib.rcParams["svg.hashsalt"] == "mine"
 
 
-def test_threads_do_not_disturb_each_other(convergence: str) -> None:
+def test_threads_do_not_disturb_each_other(single_drawing: str) -> None:
     together: list[str] = []
     threads = [
         threading.Thread(
-            target=lambda: together.append(figures.render_svg(FIGURES["convergence"]()))
+            target=lambda: together.append(style.render_svg(FIGURES["support force"]()))
         )
         for _ in "12"
     ]
@@ -233,20 +156,41 @@ def test_threads_do_not_disturb_each_other(convergence: str) -> None:
         thread.start()
     for thread in threads:
         thread.join()
-    assert together == [convergence] * 2
+    assert together == [single_drawing] * 2
 
 
 def test_matplotlib_is_imported_by_the_first_figure() -> None:
     script = (
         "import sys; from planter.report import files, html;"
-        "from planter.planting.report import figures; import planter.planting.design_presentation;"
-        "before = 'matplotlib' in sys.modules; figures.draw_convergence({'ga': [(1, 2.0)]});"
+        "from planter.planting.report import forces as figures; import planter.planting.design_presentation;"
+        "before = 'matplotlib' in sys.modules; "
+        "import numpy as np; x = np.arange(2.0);"
+        "figures.draw_support_force({'exact': (x, x)}, 1.0);"
         "print(before, 'matplotlib' in sys.modules, 'matplotlib.pyplot' in sys.modules)"
     )
     done = subprocess.run(
         [sys.executable, "-c", script], capture_output=True, text=True, check=True
     )
     assert done.stdout.split() == ["False", "True", "False"]
+
+
+def test_both_files_are_saved(tmp_path: Path) -> None:
+    figure = FIGURES["support force"]()
+    assert style.save_figure(figure, tmp_path, "pitch") == style.render_svg(figure)
+    assert (tmp_path / "pitch.svg").read_text(encoding="utf-8") == style.render_svg(figure)
+    assert (tmp_path / "pitch.png").read_bytes().startswith(b"\x89PNG")
+    assert {path.name for path in tmp_path.iterdir()} == {
+        "pitch.svg",
+        "pitch.pdf",
+        "pitch.png",
+        ".planter.json",
+    }
+    assert (tmp_path / "pitch.pdf").read_bytes() == style.render_pdf(figure)
+
+
+def test_missing_folder_is_named(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="nowhere"):
+        style.save_figure(FIGURES["support force"](), tmp_path / "nowhere", "pitch")
 
 
 # --- forces
@@ -298,197 +242,9 @@ def test_joints_are_marked_part_by_part() -> None:
     assert marked == [131.0, 154.5, 181.0, 334.5]
 
 
-def test_reference_is_drawn_only_if_handed_in() -> None:
-    bars = figures.draw_support_force(CYCLES, 97.86, reference=REFERENCE).axes[-1]
-    assert data(bars, "theory")[0].tolist() == [36.77, 158.94]
-    assert data(bars, "experiment")[0].tolist() == [24.93, 171.96]
-    assert data(bars, "printed")[0].tolist() == [LIVELY.min(), LIVELY.max()]
-    labels = [t.get_text() for t in figures.draw_support_force(CYCLES, 97.86).findobj(Text)]
-    assert not any("theory" in text for text in labels)
-
-
-def test_joint_forces_are_closed_curves_about_zero() -> None:
-    columns = turn()
-    panels = figures.draw_joint_forces({"exact": columns, "printed": columns}).axes
-    for axes, name in zip(panels, ("F_A1", "F_B1", "F_O", "F_O1"), strict=True):
-        for model in ("exact", "printed"):
-            x, y = data(axes, f"{model} model")
-            assert np.array_equal(x, np.append(columns[f"{name}x_N"], columns[f"{name}x_N"][0]))
-            assert np.array_equal(y, np.append(columns[f"{name}y_N"], columns[f"{name}y_N"][0]))
-        assert axes.get_aspect() == 1
-        circles = axes.findobj(Circle)
-        assert len(circles) > 2
-        assert {circle.center for circle in circles} == {(0, 0)}
-        radii = {f"{circle.radius:g}" for circle in circles}
-        assert len(radii & {text.get_text() for text in axes.texts}) >= 2
-
-
 # --- motion
 # ----------------------------------------------------------------------------------------
 
 
-def test_tip_path_is_the_nozzle_end_at_every_angle() -> None:
-    columns = turn()
-    (axes,) = figures.draw_tip_path(columns).axes
-    x, y = data(axes, "tip, closed")
-    assert np.allclose(x[:-1], columns["tip_x_mm"], atol=1e-9, rtol=0)
-    assert np.allclose(y[:-1], columns["tip_y_mm"], atol=1e-9, rtol=0)
-    assert (x[-1], y[-1]) == (x[0], y[0])
-    assert axes.get_aspect() == 1
-
-
-def test_nozzle_is_drawn_at_twelve_angles() -> None:
-    columns = turn()
-    (axes,) = figures.draw_tip_path(columns).axes
-    outlines = [np.asarray(p.get_xy()) for p in axes.findobj(Polygon) if p.get_gid() == "nozzle"]
-    tips = np.array([columns["tip_x_mm"], columns["tip_y_mm"]]).T[::30]
-    roots = np.array([columns["x_B1_mm"], columns["y_B1_mm"]]).T[::30]
-    assert len(outlines) == 12
-    for outline, tip, root in zip(outlines, tips, roots, strict=True):
-        assert np.hypot(*(outline - tip).T).min() < 1e-9
-        assert np.hypot(*(outline - root).T).max() == pytest.approx(LENGTH, abs=1e-9)
-
-
-def test_path_is_marked_where_the_nozzle_is_open() -> None:
-    columns = turn()
-    (axes,) = figures.draw_tip_path(columns).axes
-    opened = np.isfinite(data(axes, "tip, open")[0][:-1])
-    assert np.array_equal(opened, columns["theta1_deg"] > 0)
-
-
-def test_ground_path_is_there_if_the_machine_travels() -> None:
-    columns = turn(-160.0)
-    machine, ground = figures.draw_tip_path(columns).axes
-    assert np.array_equal(data(ground, "tip, closed"), [columns["tip_x_mm"], columns["tip_y_mm"]])
-    assert np.allclose(data(machine, "tip, closed")[0][:-1], turn()["tip_x_mm"], atol=1e-9, rtol=0)
-    assert ground.get_aspect() == 1
-
-
-def test_soil_and_the_path_before_are_drawn_where_there_are_any() -> None:
-    old = {**turn(), "tip_y_mm": turn()["tip_y_mm"] - 7}
-    (axes,) = figures.draw_tip_path(turn(), old, -300.0).axes
-    assert np.array_equal(data(axes, "tip, before")[1][:-1], old["tip_y_mm"])
-    assert set(data(axes, "soil")[1]) == {-300.0}
-    (plain,) = figures.draw_tip_path(turn()).axes
-    assert not {"soil", "tip, before"} & {line.get_label() for line in plain.get_lines()}
-
-
-def test_names_stand_at_the_ends_of_their_curves() -> None:
-    figure = figures.draw_rotation(turn(), RATIOS)
-    style.fix_layout(figure)
-    for axes in figure.axes:
-        ends = {
-            line.get_label(): float(np.asarray(line.get_ydata())[-1]) for line in axes.get_lines()
-        }
-        for text in axes.texts:
-            position = axes.transAxes.inverted().transform(
-                axes.transData.transform((1, ends[text.get_text()]))
-            )[1]
-            assert text.get_position()[1] == pytest.approx(position, abs=0.11)
-            assert 0 <= text.get_position()[1] <= 1
-
-
-def test_rotation_panels_share_the_angle() -> None:
-    columns = turn()
-    top, middle, bottom = figures.draw_rotation(columns, RATIOS).axes
-    assert np.array_equal(data(top, "φ₅₂, middle body"), [PHI, columns["phi52_deg"]])
-    assert np.array_equal(data(top, "φ₇₂, planet"), [PHI, columns["phi72_deg"]])
-    assert np.array_equal(data(middle, "dφ₅₂/dφ"), [PHI, RATIOS[0]])
-    assert np.array_equal(data(middle, "\N{MINUS SIGN}dφ₇₂/dφ₅₂"), [PHI, RATIOS[1]])
-    assert np.array_equal(data(bottom, "planet"), [PHI, columns["omega_rad_s"]])
-    assert top.get_shared_x_axes().joined(top, bottom)
-    assert bottom.get_xlim() == (0, 360)
-
-
-def test_pitch_curves_are_drawn_where_they_are() -> None:
-    gearing = mesh()
-    whole_axes, near_axes = figures.draw_pitch_curves(gearing).axes
-    for axes in (whole_axes, near_axes):
-        assert axes.get_aspect() == 1
-        for curve in gearing.curves:
-            assert np.array_equal(data(axes, curve.name), curve.points)
-    other = [
-        np.asarray(line.get_xydata()).T
-        for line in whole_axes.get_lines()
-        if line.get_gid() == "side 2"
-    ]
-    assert all(np.array_equal(a, -b.points) for a, b in zip(other, gearing.curves[1:], strict=True))
-    named = [text.get_text() for text in near_axes.texts]
-    assert set(named) == {"O", "A1", "B1", "P", "Q", "sun", "gear 5", "gear 6", "planet gear"}
-
-
 # --- search
 # ----------------------------------------------------------------------------------------
-
-
-def test_convergence_draws_every_search_and_names_every_method() -> None:
-    (axes,) = figures.draw_convergence(HISTORY, "N").axes
-    for label, steps in HISTORY.items():
-        assert np.array_equal(data(axes, label), np.array(steps).T)
-    assert to_hex(line(axes, "ipopt, start 1").get_color()) == to_hex(
-        line(axes, "ipopt, start 2").get_color()
-    )
-    assert {t.get_text() for t in axes.texts} == {"ga\n1.31", "ipopt\n2 starts\n1.302"}
-    polished = figures.draw_convergence({**HISTORY, "polish": [(3, 1.4), (9, 1.301)]}).axes[0]
-    assert "polish\nfrom the best of ga\n1.301" in {t.get_text() for t in polished.texts}
-    assert axes.get_ylabel() == "best objective / N"
-
-
-def test_a_search_without_history_is_left_out() -> None:
-    (axes,) = figures.draw_convergence({"ga": [], "ipopt": [(1, 2.0), (2, 1.0)]}).axes
-    assert [line.get_label() for line in axes.get_lines() if "_" not in str(line.get_label())] == [
-        "ipopt"
-    ]
-    (axes,) = figures.draw_convergence({}).axes
-    assert axes.get_lines() == []
-
-
-def test_convergence_is_logarithmic_where_useful() -> None:
-    near_points, far = [(1, 2.0), (10, 1.9)], [(1, 2000.0), (900, 1.9)]
-    (axes,) = figures.draw_convergence({"ga": near_points}).axes
-    assert (axes.get_xscale(), axes.get_yscale()) == ("linear", "linear")
-    (axes,) = figures.draw_convergence({"ga": far}).axes
-    assert (axes.get_xscale(), axes.get_yscale()) == ("log", "log")
-
-
-def test_front_is_nondominated() -> None:
-    rng = np.random.default_rng(3)
-    points = rng.integers(0, 12, (60, 2)).astype(float)
-    front = find_nondominated(points)
-    better = [[all(q <= p) and any(q < p) for q in points] for p in points]
-    assert front.tolist() == [not any(row) for row in better]
-    assert 0 < front.sum() < len(points)
-
-
-def test_a_narrow_front_is_drawn_again_enlarged() -> None:
-    cloud = np.random.default_rng(1).uniform([2.1, 0.31], [3.0, 0.6], (50, 2))
-    front = np.array([[2.0, 0.3001], [2.001, 0.3]])
-    whole_axes, near_axes = figures.draw_pareto(
-        np.vstack([cloud, front]), {"far": (2.9, 0.5), "near": (2.001, 0.3)}
-    ).axes
-    for axes in (whole_axes, near_axes):
-        assert np.array_equal(data(axes, "front").T, front)
-    assert [line.get_label() for line in near_axes.get_lines()] == ["front", "near"]
-    assert to_hex(line(near_axes, "near").get_color()) == to_hex(
-        line(whole_axes, "near").get_color()
-    )
-    assert np.ptp(near_axes.get_xlim()) < 0.1 * np.ptp(whole_axes.get_xlim())
-
-
-def test_a_front_alone_is_enlarged_if_a_mark_is_far() -> None:
-    front = np.array([[2.0, 0.3001], [2.001, 0.3]])
-    assert len(figures.draw_pareto(front, {"far": (2.9, 0.5)}).axes) == 2
-    (axes,) = figures.draw_pareto(front, {"near": (2.0, 0.3001)}).axes
-    assert [line.get_label() for line in axes.get_lines()] == ["front", "near"]
-
-
-def test_pareto_shows_front_marks_and_the_level_of_the_best_mark() -> None:
-    (axes,) = figures.draw_pareto(POINTS, MARKS, (0.6, 0.4)).axes
-    assert data(axes, "front").T.tolist() == [[2.0, 0.4], [2.5, 0.3], [3.0, 0.2]]
-    assert sorted(data(axes, "designs").T.tolist()) == [[2.0, 0.5], [3.0, 0.3]]
-    for label, mark in MARKS.items():
-        assert data(axes, label)[:, 0].tolist() == list(mark)
-    (level,) = [line for line in axes.get_lines() if isinstance(line, AxLine)]
-    assert level.get_xy1() == MARKS["optimum"]
-    assert level.get_slope() == pytest.approx(-1.5)
-    assert str(level.get_label()).endswith("= 1.62")

@@ -6,9 +6,7 @@ import zipfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
 
-import jsonschema
 import numpy as np
 import pytest
 
@@ -16,19 +14,13 @@ from planter.engine.machine import Machine
 from planter.exports import fmu
 from planter.exports.quantities import list_quantities
 from planter.files import units
-from planter.files.fields import read_range
 from planter.interchange import co_simulation
 from planter.kernels import Array
-from planter.kernels.compiler import CompilerError
-from planter.planting.cycle import evaluate_cycle, list_device_quantities
-from planter.planting.file import PlantingMachine, load
-from planter.planting.functions import MODELS, Model
-from planter.planting.machines import build_machine
-from planter.planting.model import SPEED, Device
+from planter.planting.file import load
+from planter.planting.functions import Model
+from planter.planting.model import Device, build_machine
 from tests.support import swapped
-from tests.support.cli import answer, refusal
 from tests.support.lanes import STRICT, needs_compiler, path_of
-from tests.support.schemas import load_schema
 
 fmpy = pytest.importorskip("fmpy", reason="FMPy is not installed")
 validation = pytest.importorskip("fmpy.validation")
@@ -125,54 +117,14 @@ def names(owner: Device) -> list[str]:
 
 def expected(owner: Device, phi: Array) -> Array:
     """The same numbers as `simulate` has them, in SI, (quantities, n)."""
-    columns = evaluate_cycle(owner, owner.prologue(owner.design), phi).columns()
-    return np.array(
-        [columns[q.key] * units.unit_factor(q.key) for q in list_device_quantities(owner.sidecar)]
-    )
-
-
-def difference(first: Array, other: Array) -> float:
-    """The largest difference of rows of numbers, of the largest number of each row."""
-    return float((np.abs(first - other).max(axis=1) / np.abs(other).max(axis=1)).max())
-
-
-def test_every_version_is_tried() -> None:
-    assert {version for _, version in UNITS.values()} == set(co_simulation.VERSIONS)
-    assert {model for model, _ in UNITS.values()} == set(MODELS)
+    columns = owner.columns(owner.design, phi)
+    del columns["phi_deg"]
+    return np.array([column * units.unit_factor(key) for key, column in columns.items()])
 
 
 @pytest.mark.parametrize("unit", UNITS)
 def test_fmpy_accepts_the_unit(unit: str, written: dict[str, Path]) -> None:
     assert validation.validate_fmu(str(written[unit])) == []
-
-
-@pytest.mark.parametrize("unit", UNITS)
-def test_cycle_equals_simulate(unit: str, written: dict[str, Path]) -> None:
-    """By FMPy's own simulation, to 1e-10 of the largest number of each quantity; another speed is
-    seen.
-    """
-    owner = device(UNITS[unit][0])
-    output_names = ["phi", *names(owner)]
-    description = fmpy.read_model_description(str(written[unit]))
-    experiment = description.defaultExperiment
-    result = fmpy.simulate_fmu(
-        str(written[unit]),
-        output=output_names,
-        stop_time=float(experiment.stopTime),
-        output_interval=float(experiment.stepSize),
-    )
-    values = np.array([result[name] for name in output_names])
-    assert values.shape[1] == 1 + owner.machine.objective.samples
-    assert values[0, -1] == pytest.approx(2 * np.pi, abs=1e-12)
-    assert difference(values[1:], expected(owner, values[0])) <= 1e-10
-    faster = fmpy.simulate_fmu(
-        str(written[unit]),
-        output=output_names,
-        stop_time=float(experiment.stopTime),
-        start_values={"speed": 5.0},
-    )
-    other = np.array([faster[name] for name in output_names])
-    assert difference(other[1:], expected(owner, other[0])) > 1e-3
 
 
 @both_versions
@@ -188,29 +140,15 @@ def test_design_and_machine_can_be_tuned_between_steps(
         slave.set(machine__m1=2.5, speed=44 * np.pi / 30, design__R3=0.031, design__m61=0.97)
         phi, *values = slave.get("phi", *names(owner))
         assert phi == pytest.approx(0.1 * own_speed(), rel=1e-14)
-        columns = evaluate_cycle(owner, owner.prologue(x), np.array([phi])).columns()
-        expected = [
-            columns[q.key][0] * units.unit_factor(q.key)
-            for q in list_device_quantities(owner.sidecar)
-        ]
+        columns = owner.columns(x, np.array([phi]))
+        del columns["phi_deg"]
+        expected = [column[0] * units.unit_factor(key) for key, column in columns.items()]
         np.testing.assert_allclose(values, expected, rtol=1e-10, atol=1e-12)
         assert values[names(owner).index("F_support")] != pytest.approx(before[0], rel=1e-3)
 
 
 def own_speed() -> float:
     return load("wang2017").si("operation.speed_rpm")
-
-
-@both_versions
-def test_unit_starts_at_given_angle_and_speed(
-    unit: str, written: dict[str, Path], tmp_path: Path
-) -> None:
-    with running(written[unit], tmp_path / "unit", phi_start=1.0, speed=3.0) as slave:
-        assert slave.get("phi") == 1.0
-        slave.raw.doStep(0.0, 0.25)
-        slave.set(speed=2.0)
-        slave.raw.doStep(0.25, 0.5)
-        assert slave.get("phi", "speed") == pytest.approx([2.75, 2.0], rel=1e-15)
 
 
 @both_versions
@@ -274,46 +212,6 @@ def test_invalid_request_is_refused(unit: str, written: dict[str, Path], tmp_pat
         assert np.isfinite(slave.get("F_support"))
 
 
-def test_description_equals_sidecar(written: dict[str, Path]) -> None:
-    owner = device("exact")
-    description = fmpy.read_model_description(str(written["exact"]))
-    assert "speed is prescribed" in description.description
-    variables = {v.name: v for v in description.modelVariables}
-    for q, name in zip(list_device_quantities(owner.sidecar), names(owner), strict=True):
-        assert (variables[name].unit, variables[name].description, variables[name].causality) == (
-            q.unit,
-            q.meaning,
-            "output",
-        )
-    for entry in owner.sidecar["vectors"]["machine"]:
-        if entry["shown"] != SPEED:
-            variable = variables[f"machine.{entry['name']}"]
-            assert (variable.unit, variable.variability) == (entry["unit"], "tunable")
-            assert float(variable.start) == owner.machine.si(entry["shown"])
-            assert entry["shown"] in variable.description
-    radius = variables["design.R3"]
-    index = owner.names.index("R3_mm")
-    assert [float(radius.min), float(radius.max)] == [owner.lower[index], owner.upper[index]]
-    assert (radius.displayUnit, variables["machine.m1"].min, variables["machine.mu1"].max) == (
-        "mm",
-        "0.0",
-        str(np.pi / 4),
-    )
-
-
-@pytest.mark.parametrize(
-    ("path", "expected"),
-    [
-        ("mass.sun_kg", (0, None)),
-        ("inertia.C1_centroidal_xx_yy_zz_kg_m2[2]", (0, None)),
-        ("contact.cam_friction_angle_deg", (0, 45)),
-        ("operation.forward_speed_m_s", (None, None)),
-    ],
-)
-def test_ranges_are_those_of_the_file(path: str, expected: tuple[Any, Any]) -> None:
-    assert read_range(PlantingMachine, path) == expected
-
-
 @both_versions
 def test_sources_compile_without_warnings(
     unit: str, written: dict[str, Path], tmp_path: Path
@@ -331,36 +229,6 @@ def test_only_the_interface_is_exported(written: dict[str, Path], tmp_path: Path
     raw = ctypes.CDLL(library)
     assert raw.fmi2DoStep
     assert not hasattr(raw, "wang2017_quantities")
-
-
-class TestCommand:
-    @pytest.fixture(autouse=True)
-    def _quick(self, quick: None) -> None:
-        """Only one library, and fast."""
-
-    def test_file_is_reproducible_and_recorded(
-        self, written: dict[str, Path], tmp_path: Path
-    ) -> None:
-        result = answer("export", "fmu", "wang2017", "--out", str(tmp_path / "a.fmu"))
-        jsonschema.validate(result, load_schema("export fmu"))
-        assert (result["platforms"], result["inputs"]) == (["linux64"], 1)
-        assert (tmp_path / "a.fmu").read_bytes() == written["exact"].read_bytes()
-
-    def test_without_a_compiler_the_sources_remain(
-        self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-    ) -> None:
-        def none(*_: object) -> None:
-            raise CompilerError("there is no compiler")
-
-        monkeypatch.setattr(co_simulation, "build_library", none)
-        result = answer("export", "fmu", "compact", "--out", str(tmp_path / "a.fmu"))
-        assert result["left_out"] == [{"platform": "linux64", "reason": "there is no compiler"}]
-        assert validation.validate_fmu(str(tmp_path / "a.fmu")) == []
-
-    def test_another_ending_is_refused(self, tmp_path: Path) -> None:
-        assert "ends in .fmu" in refusal(
-            "export", "fmu", "compact", "--out", str(tmp_path / "a.zip")
-        )
 
 
 @pytest.mark.long

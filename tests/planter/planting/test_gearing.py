@@ -12,7 +12,7 @@ import pytest
 
 from planter.planting.file import load
 from planter.planting.model import Device
-from planter.planting.toothed import Gearing, PlottedPitchCurve, compute_ratios, locate_pitch_curves
+from planter.planting.toothed import Gearing, PlottedPitchCurve, locate_pitch_curves
 
 ANGLES = (0.0, 37.0, 100.0, 200.0, 333.0)
 MACHINES = ("wang2017", "compact")
@@ -133,15 +133,3 @@ def test_centres_are_those_of_the_mechanism(name: str, phi: float) -> None:
     for point in ("A1", "B1"):
         expected = [1e3 * side(name, phi, f"{axis}_{point}") for axis in "xy"]
         assert at(name, phi).centres[point] == pytest.approx(expected, abs=1e-9)
-
-
-@pytest.mark.parametrize("name", MACHINES)
-def test_ratios_are_the_slopes_of_the_rotations(name: str) -> None:
-    step = 1e-3
-    for phi in ANGLES:
-        first, second = compute_ratios(device(name), device(name).design, np.array([phi]))
-        d52, d72 = (
-            side(name, phi + step, q) - side(name, phi - step, q) for q in ("phi52", "phi72")
-        )
-        assert first[0] == pytest.approx(d52 / np.radians(2 * step), abs=1e-6)
-        assert second[0] == pytest.approx(-d72 / d52, abs=1e-6)

@@ -5,12 +5,14 @@ of all friction.
 import numpy as np
 import pytest
 
+from planter import simulate
 from planter.errors import InputError
-from planter.planting import cycle, lifted, simulation
+from planter.optimise.sampled_cycle import sample_angles
+from planter.planting import lifted
 from planter.planting.lifted import LiftedModel
 from tests.support import machines
 
-PHI = cycle.sample_angles(720)
+PHI = sample_angles(720, 2 * np.pi)
 NAMES = ("wang2017", "random 1", "random 2")
 
 
@@ -31,7 +33,7 @@ def test_model_without_relaxation_equals_exact_model(name: str) -> None:
 @pytest.mark.parametrize("case", ["teeth", "hinge", "both"])
 def test_friction_work_is_motor_work_without_support_effect(name: str, case: str) -> None:
     device = machines.device(name)
-    model, phi = LiftedModel(device), cycle.sample_angles(5760)
+    model, phi = LiftedModel(device), sample_angles(5760, 2 * np.pi)
     modelled = model.turn(phi)
     teeth = (
         {"against": 1.0, **model.locate_contacts(modelled, phi, 2e-3)} if case != "hinge" else {}
@@ -80,7 +82,7 @@ def test_effects_are_reported_for_exact_model_only() -> None:
         effects["teeth slide, module 2 mm"].friction_work_J
         > effects["no tooth friction"].friction_work_J + 0.1
     )
-    simulated = simulation.simulate(machines.device("wang2017"), 60, (), 3.0)
+    simulated = simulate(machines.device("wang2017"), 60, (), 3.0)
     assert "module 3 mm" in simulated.result.lifted[2].assumption
     with pytest.raises(InputError, match="--lift needs --model exact"):
-        simulation.simulate(machines.device("wang2017", "printed"), 60, (), 2.0)
+        simulate(machines.device("wang2017", "printed"), 60, (), 2.0)

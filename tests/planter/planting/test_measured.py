@@ -18,21 +18,19 @@ from planter.measured.fit import Fit, fit_curve
 from planter.measured.noise import (
     LackOfFit,
     assess_lack_of_fit,
-    estimate_noise,
 )
 from planter.measured.presentation import MACHINE_FILE, present_fit
 from planter.measured.reading import Columns, read
-from planter.planting import cycle
-from planter.planting.calibration import SUPPORT, calibrate_to_data
+from planter.mechanism.calibration import MeasuredSource, calibrate_to_data
 from planter.planting.file import PlantingMachine, load
 from planter.planting.functions import Model
-from planter.planting.machines import build_machine
-from planter.planting.model import Device
+from planter.planting.model import Device, build_machine
 from planter.report.presentation import ModelAssumptions
-from planter.terminal.console import Console
 from tests.support import machines
 from tests.support.cli import refusal
 from tests.support.schemas import load_schema
+
+SUPPORT = "support_N"
 
 pytestmark = pytest.mark.usefixtures("kernel_cache")
 TRUE = {"mass.planet_kg": 1.29, "centroid.planet_xy_mm[0]": 22.0}
@@ -87,9 +85,8 @@ def calibrations(tmp_path_factory: pytest.TempPathFactory) -> dict[Model, Calibr
         faster = base.with_numbers({**TRUE, "operation.speed_rpm": 50.0})
         data = written(folder / f"{model}.csv", model, phase=2.0, missing=40)
         check = written(folder / f"{model}-faster.csv", model, faster, phase=2.0, seed=8)
-        results[model] = calibrate_to_data(
-            base, model, data, COLUMNS, BOUNDS, check=ValidationMeasurement(check, 50.0)
-        )
+        source = MeasuredSource(Device(base), data, COLUMNS, model=model)
+        results[model] = calibrate_to_data(source, BOUNDS, ValidationMeasurement(check, 50.0))
     return results
 
 
@@ -150,23 +147,6 @@ def test_fitted_file_reproduces_fitted_force(
     jsonschema.validate(calibrated.result.table(), load_schema("calibrate"))
 
 
-def test_curve_slopes_equal_differences(tmp_path: Path) -> None:
-    chosen = Chosen.from_bounds(
-        wang(), {**BOUNDS, "offset_N": (-5.0, 5.0), "cam.rise_delta_deg[0]": (120.0, 135.0)}
-    )
-    curve = MeasuredCurve(
-        wang(), chosen, read(written(tmp_path / "data.csv", "exact"), COLUMNS, 1.0), SUPPORT
-    )
-    z = curve.machine_values()
-    slopes = curve(z)[1]
-    for i, width in enumerate(chosen.upper - chosen.lower):
-        step = np.zeros_like(z)
-        step[i] = 1e-6 * width
-        assert slopes[:, i] * width == pytest.approx(
-            (curve(z + step)[0] - curve(z - step)[0]) / 2e-6, abs=2e-6
-        )
-
-
 def test_offset_is_detected_and_fitted(tmp_path: Path) -> None:
     measured = read(
         written(tmp_path / "data.csv", "exact", machines.machine("wang2017"), offset=4.0),
@@ -190,51 +170,6 @@ def test_offset_is_detected_and_fitted(tmp_path: Path) -> None:
     assert gauge.values[0] == pytest.approx(4.0, abs=4 * NOISE / np.sqrt(len(measured.phi)))
 
 
-def test_undetermined_input_lowers_rank(tmp_path: Path) -> None:
-    """The spring's preload is within the device: the support does not feel it in the exact
-    model.
-    """
-    chosen = Chosen.from_bounds(
-        wang(), {"spring.preload_N": (5.0, 60.0), "mass.sun_kg": (0.2, 0.6)}
-    )
-    data = written(tmp_path / "data.csv", "exact", machines.machine("wang2017"))
-    fit = fit_curve(MeasuredCurve(wang(), chosen, read(data, COLUMNS, 1.0), SUPPORT), starts=3)
-    assert fit.rank == 1
-    assert fit.correlation() is None
-    assert fit.band(0) == pytest.approx((5.0, 60.0))
-    assert fit.values[0] == pytest.approx(
-        machines.machine("wang2017").si("spring.preload_N"), abs=1e-6
-    )
-
-
-WAYS = {
-    "commas": ("angle [deg],force [N]", "{a},{f}", COLUMNS),
-    "decimal commas": ("Winkel (deg);Kraft / kN", "{a};{k}", Columns("Kraft", angle="Winkel")),
-    "tabs, radians": ("phi_rad\tF_N", "{r}\t{f}", Columns("F", angle="phi")),
-    "no header": ("", "{a},{f}", Columns("2", angle="1", value_unit="N", place_unit="deg")),
-    "time": ("t [ms],force [N]", "{t},{f}", Columns("force", time="t")),
-}
-
-
-@pytest.mark.parametrize("way", WAYS)
-def test_reading_accepts_formats(way: str, tmp_path: Path) -> None:
-    head, row, columns = WAYS[way]
-    speed, degrees = 4.0, np.arange(0, 360, 10.0)
-    force = 90 + 5 * np.cos(np.radians(degrees))
-    lines = []
-    for a, f in zip(degrees, force, strict=True):
-        angle = np.radians(a)
-        numbers = {"a": a, "f": f, "k": f / 1000, "r": angle, "t": 1000 * angle / speed}
-        line = row.format(**{key: repr(float(value)) for key, value in numbers.items()})
-        lines.append(line.replace(".", ",") if way == "decimal commas" else line)
-    path = tmp_path / "data.csv"
-    path.write_text("\n".join(filter(None, ["# comment", head, *lines])) + "\n", encoding="utf-8")
-    measurement = read(path, columns, speed)
-    assert measurement.phi == pytest.approx(np.radians(degrees), abs=1e-12)
-    assert measurement.values == pytest.approx(force, rel=1e-12)
-    assert measurement.used.all()
-
-
 def test_outlier_is_left_out_and_reported(tmp_path: Path) -> None:
     path = written(tmp_path / "data.csv", "printed")
     text = path.read_text(encoding="utf-8").splitlines()
@@ -246,27 +181,6 @@ def test_outlier_is_left_out_and_reported(tmp_path: Path) -> None:
     assert not measurement.used[38]
     assert measurement.used.sum() == len(measurement.used) - 1
     assert "1 of 239" in measurement.treatment[2]
-
-
-INVALID_COLUMNS = {
-    "no such column": (
-        Columns("forse", angle="angle"),
-        "it must be one of 'angle [deg]', 'force [N]'",
-    ),
-    "no place": (Columns("force"), "add --angle, --time or --trigger"),
-    "unit of a moment": (
-        Columns("force", angle="angle", value_unit="N m"),
-        "--unit = N m does not fit",
-    ),
-    "odd unit": (Columns("force", angle="angle", value_unit="lb"), "--unit = lb does not fit"),
-}
-
-
-@pytest.mark.parametrize("case", INVALID_COLUMNS)
-def test_invalid_columns_are_rejected(case: str, tmp_path: Path) -> None:
-    columns, hint = INVALID_COLUMNS[case]
-    with pytest.raises(InputError, match=hint.replace("[", r"\[")):
-        read(written(tmp_path / "data.csv", "exact"), columns, 1.0)
 
 
 def test_invalid_calibration_options_exit_with_a_line(tmp_path: Path) -> None:
@@ -282,16 +196,6 @@ def test_invalid_calibration_options_exit_with_a_line(tmp_path: Path) -> None:
     )
 
 
-def test_measured_tables_fit_80_columns(
-    calibrations: dict[Model, Calibrated], capsys: pytest.CaptureFixture[str]
-) -> None:
-    device = machines.device("wang2017")
-    present_fit(device.machine, calibrations["exact"], {}, "carrier angle").show(
-        Console(as_json=False)
-    )
-    assert max(map(len, capsys.readouterr().out.splitlines())) <= 80
-
-
 def test_too_few_points_are_rejected(tmp_path: Path) -> None:
     path = tmp_path / "data.csv"
     path.write_text(
@@ -300,27 +204,6 @@ def test_too_few_points_are_rejected(tmp_path: Path) -> None:
     )
     with pytest.raises(InputError, match="a fit needs 12"):
         read(path, COLUMNS, 1.0)
-
-
-def test_motor_torque_is_fitted(tmp_path: Path) -> None:
-    device = machines.device("wang2017")
-    turn = cycle.evaluate_cycle(
-        device, device.prologue(device.design), np.radians(np.arange(0, 360, 3.0))
-    )
-    rows = "\n".join(
-        f"{a},{m!r}"
-        for a, m in zip(np.arange(0, 360, 3.0), turn.totals["M_L_Nm"].tolist(), strict=True)
-    )
-    path = tmp_path / "torque.csv"
-    path.write_text(f"angle [deg],torque [N m]\n{rows}\n", encoding="utf-8")
-    measured = read(path, Columns("torque", angle="angle"), 1.0, "N m")
-    chosen = Chosen.from_bounds(
-        wang(), {"contact.cam_friction_angle_deg": (2.0, 12.0), "spring.preload_N": (5.0, 60.0)}
-    )
-    fit = fit_curve(MeasuredCurve(wang(), chosen, measured, "M_L_Nm"), starts=2)
-    assert chosen.to_display(fit.values)["contact.cam_friction_angle_deg"] == pytest.approx(
-        6.0, abs=1e-4
-    )
 
 
 def measurement(phi_deg: np.ndarray, values: np.ndarray, noise: float) -> reading.Measurement:
@@ -418,14 +301,6 @@ def read_inliers(degrees: np.ndarray, values: np.ndarray) -> reading.Measurement
     return measurement(degrees, values, reading._inliers(np.radians(degrees), values)[1])
 
 
-def test_correlated_noise_does_not_refute_model() -> None:
-    degrees = np.arange(0, 360, 3.0)
-    outcome, fit, lack = fit_and_judge(shifted(degrees, 37.0, 0.4, 3, rho=0.9), degrees, ANYWHERE)
-    assert (outcome, lack.probability > 0.01) == ("explained", True)
-    assert 0.75 < fit.curve.noises[0].rho < 0.97
-    assert fit.curve.noises[0].std == pytest.approx(0.4, rel=0.6)
-
-
 def test_bounds_without_true_phase_refute_model() -> None:
     """The tampered case: where the truth is excluded and starts agree, the answer is a refutation
     within the bounds.
@@ -450,24 +325,6 @@ def test_disagreeing_starts_are_not_settled() -> None:
     assert (fit.agreeing, fit.is_settled) == (2, False)
     assert calibration.judge_fit(fit, LackOfFit(9.0, 1e-9, 20)) == "not settled"
     assert calibration.judge_fit(fit, LackOfFit(1.0, 0.4, 20)) == "explained"
-
-
-@pytest.mark.parametrize("rho", [0.0, 0.6, 0.95])
-def test_noise_correlation_is_estimated(rho: float) -> None:
-    degrees = np.arange(0, 360, 1.0)
-    noise = shifted(degrees, 0, 1.0, 7, rho) - shifted(degrees, 0, 0.0, 7)
-    curve = MeasuredCurve(
-        wang(),
-        Chosen.from_bounds(wang(), {"offset_N": (-9, 9)}),
-        measurement(degrees, noise, 1.0),
-        SUPPORT,
-    )
-    estimate = estimate_noise(curve, noise, np.ones((360, 1))).noises[0]
-    assert estimate.rho == pytest.approx(rho, abs=0.06)
-    assert estimate.std == pytest.approx(1.0, rel=0.4)
-    assert assess_lack_of_fit(curve, noise, np.ones((360, 1))).probability > 0.01
-    wave = noise + 20 * np.sin(np.radians(2 * degrees))
-    assert assess_lack_of_fit(curve, wave, np.ones((360, 1))).probability < 1e-6
 
 
 @pytest.mark.long

@@ -19,7 +19,6 @@ from planter.optimise import certificate
 from planter.optimise.constraints import FEASIBILITY_TOLERANCE
 from planter.optimise.feasibility import find_feasible_or_nearest, minimise_violation
 from planter.optimise.problem import Problem
-from planter.planting import cycle
 from planter.planting import file as machine
 from planter.planting.file import PlantingMachine
 from planter.planting.model import Device
@@ -56,12 +55,7 @@ def entries(device: Device, measures: RequirementRows) -> dict[str, dict]:
 def path(device: Device) -> dict[str, np.ndarray]:
     """A turn of side 1 around its lowest point, densely sampled."""
     phi = np.linspace(-np.pi / 2, 3 * np.pi / 2, 40_001)
-    turn = cycle.evaluate_cycle(device, device.prologue(device.design), phi)
-    return {
-        "phi": phi,
-        **turn.sides[0],
-        **{f"{key}_2": values for key, values in turn.sides[1].items()},
-    }
+    return {"phi": phi, **device.columns(device.design, phi)}
 
 
 # --- what they measure: against dense samples of the motion
@@ -118,8 +112,8 @@ def test_nozzles_come_as_close_as_points_along_them(
     s = np.linspace(0, 1, 60)
     ends = []
     for tail, lag in (("", 0), ("_2", 1e3 * -0.667 * 60 / 40 / 2)):
-        funnel = path[f"x_B1_mm{tail}"] + 1j * path[f"y_B1_mm{tail}"]
-        tip = path[f"tip_x_mm{tail}"] - (travelled - lag) + 1j * path[f"tip_y_mm{tail}"]
+        funnel = path[f"x_B1{tail}_mm"] + 1j * path[f"y_B1{tail}_mm"]
+        tip = path[f"tip_x{tail}_mm"] - (travelled - lag) + 1j * path[f"tip_y{tail}_mm"]
         ends.append(funnel[subset, None] + s * (tip - funnel)[subset, None])
     distance = np.abs(ends[0][:, :, None] - ends[1][:, None, :]).min()
     assert entries["nozzle_distance"].value == pytest.approx(distance, rel=0.02)

@@ -89,30 +89,6 @@ def test_sweep_without_pyarrow_writes_csv_and_names_the_extra(
     )
 
 
-def test_sweep_page_shows_figures(done: tuple[dict, Path]) -> None:
-    names = {path.stem for path in (done[1] / "figures").glob("*.svg")}
-    assert {
-        "envelope-support_range_N",
-        "map-support_range_N-operation_speed_rpm-mass_planet_kg",
-    } <= names
-    page = (done[1] / "report.html").read_text()
-    assert "Over two inputs" in page
-    assert done[0]["hash"] in page
-
-
-def test_repeated_sweep_writes_identical_files(tmp_path: Path) -> None:
-    (tmp_path / "plan.toml").write_text(SMALL)
-    command, out = (
-        ("sweep", str(tmp_path / "plan.toml"), "--out", str(tmp_path / "run")),
-        tmp_path / "run",
-    )
-    result = answer(*command)
-    before = {out / name: (out / name).read_bytes() for name in ("rows.csv", "rows.parquet")}
-    again = answer(*command)
-    assert (again["hash"], result["resumed"], again["resumed"]) == (result["hash"], 0, 1)
-    assert before == {path: path.read_bytes() for path in before}
-
-
 def test_concurrent_sweep_in_folder_is_rejected(tmp_path: Path) -> None:
     """Another plan that starts while the first one runs is refused at once and changes no byte of
     what is there.
@@ -156,13 +132,6 @@ def test_folder_of_other_plan_exits_2(tmp_path: Path) -> None:
     assert result["resumed"] == 0
     rows = pyarrow.parquet.read_table(out / "rows.parquet")
     assert rows["operation.speed_rpm"].to_pylist() == [35, 40, 46]
-
-
-def test_sweep_tables_fit_80_columns() -> None:
-    for arguments in ((str(EXAMPLE),), ("--list", "wang2017")):
-        code, out, _ = run("sweep", *arguments)
-        assert code == 0
-        assert max(map(len, map(str.rstrip, out.splitlines()))) <= 80
 
 
 def test_list_shows_inputs_and_outputs() -> None:

@@ -3,19 +3,17 @@ way.
 """
 
 from collections.abc import Callable
-from pathlib import Path
 
 import numpy as np
 import pytest
 
+from planter import simulate
 from planter.engine.response import MachineResponse
-from planter.errors import InputError
-from planter.planting import cycle, file, simulation
+from planter.optimise.sampled_cycle import sample_angles
+from planter.planting import file
 from planter.planting.file import PlantingMachine
 from planter.planting.model import Device
 from planter.planting.swept import ADAPTER
-from planter.sweeps.plan import Plan
-from planter.sweeps.sweep import Sweep
 
 INPUTS = {
     "operation.speed_rpm": (35.0, 45.0),
@@ -64,8 +62,8 @@ def by_simulation(
     """
     numbers = dict(zip(INPUTS, map(float, point), strict=True)) | {"objective.samples": MANY}
     changed = machine.with_numbers(numbers)
-    simulated = simulation.simulate(Device(changed, "printed" if model == "printed" else "exact"))
-    columns = simulated.cycle.columns()
+    simulated = simulate(Device(changed, "printed" if model == "printed" else "exact"))
+    columns = simulated.columns
     values = {"objective": simulated.result.objective}
     for name in set(outputs) - {"objective"}:
         stem, kind, unit = name.rsplit("_", 2)
@@ -97,16 +95,6 @@ def test_rows_do_not_hang_on_threads_or_on_their_neighbours(
         assert np.array_equal(subject.evaluated(points, threads)[::2], np.repeat(alone, 20, axis=0))
 
 
-def test_without_a_compiler_it_is_the_same(
-    machine: PlantingMachine, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    points = np.array(list(INPUTS.values())).T
-    compiled = ADAPTER.subject(ADAPTER.frozen(machine), {}, INPUTS, OUTPUTS).evaluated(points, 1)
-    monkeypatch.setenv("PLANTER_KERNELS", "casadi-vm")
-    plain = ADAPTER.subject(ADAPTER.frozen(machine), {}, INPUTS, OUTPUTS).evaluated(points, 1)
-    np.testing.assert_allclose(plain, compiled, rtol=1e-11)
-
-
 def test_the_mean_force_is_the_weight_whatever_is_varied(machine: PlantingMachine) -> None:
     inputs = {
         "mass.planet_kg": (1.0, 1.4),
@@ -115,7 +103,7 @@ def test_the_mean_force_is_the_weight_whatever_is_varied(machine: PlantingMachin
     }
     subject = ADAPTER.subject(ADAPTER.frozen(machine), {}, inputs, ["support_mean_N"])
     points = np.array([[1.0, 0.3, 10.0], [1.4, 0.5, 80.0], [1.1, 0.4, 33.0]])
-    weight = cycle.compute_weight(Device(machine))
+    weight = Device(machine).weight
     gravity, mass = machine.operation.gravity_m_s2, machine.mass
     weights = weight + gravity * (2 * (points[:, 0] - mass.planet_kg) + points[:, 1] - mass.sun_kg)
     np.testing.assert_allclose(subject.evaluated(points, 1)[:, 0], weights, rtol=1e-10)
@@ -136,10 +124,10 @@ def test_deviation_changes_only_centre_distance(name: str, kernel_cache: None) -
     response = MachineResponse(machine, ["phi52", "phi72", "F_B1x"])
     mounted = machine.data.copy()
     mounted[-2:] = [0.2e-3, -0.1e-3]
-    places = cycle.find_distance_indices(Device(file.load(name)))
+    places = Device(file.load(name)).distance_places
     points = [response.at_data(data) for data in (machine.data, mounted)]
     np.testing.assert_allclose(points[1].h[places] - points[0].h[places], mounted[-2:], rtol=1e-9)
-    before, after = (response.values(point, cycle.sample_angles(24)) for point in points)
+    before, after = (response.values(point, sample_angles(24, 2 * np.pi)) for point in points)
     np.testing.assert_allclose(after[:2], before[:2], atol=1e-12)
     assert np.ptp(after[2] - before[2]) > 1e-6
 
@@ -148,81 +136,10 @@ def test_path_over_ground_equals_simulate() -> None:
     """A machine that travels does not come back: the turn is the one from 0 to 360 deg."""
     machine = file.load("compact", {"objective.samples": MANY})
     changed = machine.with_numbers({"operation.speed_rpm": 36.0})
-    path = simulation.simulate(Device(changed)).cycle.columns()["tip_x_mm"]
+    path = simulate(Device(changed)).columns["tip_x_mm"]
     subject = ADAPTER.subject(
         ADAPTER.frozen(machine), {}, {"operation.speed_rpm": (35, 45)}, ["tip_x_range_mm"]
     )
     np.testing.assert_allclose(
         subject.evaluated(np.array([[36.0]]), 1), [[np.ptp(path)]], rtol=2e-4
     )
-
-
-PLAN = {"machine": "wang2017", "outputs": ["support_range_N"]}
-REFUSED = {
-    "an unknown input": ({"inputs": {"speed_rmp": [1]}}, "inputs.speed_rmp: did you mean"),
-    "an ambiguous input": ({"inputs": {"C1_mm": [1]}}, "inputs.C1_mm:"),
-    "an unknown output": (
-        {"inputs": {"m31": [1.5]}, "outputs": ["support_rage_N"]},
-        "did you mean support_range_N",
-    ),
-    "a text for a number": (
-        {"inputs": {"m31": ["large"]}},
-        "inputs.design.m31 = large: it must be num",
-    ),
-    "numbers for a text": ({"inputs": {"model": [1, 2]}}, "it must be of exact, printed"),
-    "an unknown model": ({"inputs": {"model": ["correct"]}}, "inputs.model = correct:"),
-    "one input twice": (
-        {"inputs": {"m31": [1.5], "design.m31": [1.5]}},
-        "inputs names an input twice",
-    ),
-    "a machine that is not there": (
-        {"machine": "nowhere", "inputs": {"m31": [1.5]}},
-        "nowhere: no such machine",
-    ),
-    "outputs of another machine": (
-        {"machine": "yu2023", "inputs": {"m31": [1.5]}},
-        "outputs: support_range_N:",
-    ),
-}
-
-
-@pytest.mark.parametrize(("change", "message"), REFUSED.values(), ids=REFUSED.keys())
-def test_plan_not_matching_machine_is_refused(change: dict, message: str) -> None:
-    with pytest.raises(InputError) as refused:
-        Sweep(Plan.read(PLAN | change, "plan.toml"))
-    assert message in refused.value.message
-
-
-CANNOT = {
-    "an eccentricity beyond its radius": (
-        {"e3_mm": {"from": 5, "to": 40, "steps": 3}},
-        "bounds.e3_mm = 40",
-    ),
-    "a negative mass": ({"planet_kg": [-1, 1]}, "mass.planet_kg = -1"),
-    "an ellipse that is none": ({"k6": [0.03, 1.2]}, "k6 = 1.2"),
-}
-
-
-@pytest.mark.parametrize(("inputs", "message"), CANNOT.values(), ids=CANNOT.keys())
-def test_impossible_range_ends_are_refused(inputs: dict, message: str) -> None:
-    with pytest.raises(InputError) as refused:
-        Sweep(Plan.read(PLAN | {"inputs": inputs}, "plan.toml")).recipe.job().chunk(0, 1, 1)
-    assert message in refused.value.message
-
-
-def test_machine_path_is_relative_to_plan(tmp_path: Path, machine: PlantingMachine) -> None:
-    from planter.files import examples
-
-    text = examples.example("wang2017").replace("planet_kg = 1.20", "planet_kg = 1.30")
-    (tmp_path / "mine.toml").write_text(text)
-    plan = Plan.read(
-        {
-            "machine": ["wang2017", "mine.toml"],
-            "inputs": {"speed_rpm": [40]},
-            "outputs": ["support_mean_N"],
-        },
-        "plan.toml",
-        tmp_path,
-    )
-    rows = Sweep(plan).recipe.job().chunk(0, 2, 1)[:, 0]
-    assert np.isclose(rows[1] - rows[0], 2 * 0.1 * 9.81, rtol=1e-6)

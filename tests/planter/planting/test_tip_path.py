@@ -8,7 +8,8 @@ import pytest
 from planter.errors import ComputationError, InputError
 from planter.files import examples
 from planter.files.text import parse_toml
-from planter.planting import cycle, file
+from planter.optimise.sampled_cycle import sample_angles
+from planter.planting import file
 from planter.planting.file import PlantingMachine
 from planter.planting.model import Device
 from planter.planting.requirement_rows import RequirementRows
@@ -37,7 +38,7 @@ def measures(kernel_cache: None) -> RequirementRows:
 
 def tip(device: Device, x: np.ndarray) -> np.ndarray:
     """Many points of the path in the machine's frame [mm], (n, 2)."""
-    turn = cycle.evaluate_cycle(device, device.prologue(x), cycle.sample_angles(40_000)).columns()
+    turn = device.columns(x, sample_angles(40_000, 2 * np.pi))
     return np.column_stack([turn["tip_machine_x_mm"], turn["tip_y_mm"]])
 
 

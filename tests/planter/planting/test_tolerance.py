@@ -9,27 +9,19 @@ import jsonschema
 import numpy as np
 import pytest
 
+from planter import simulate
 from planter.engine.outputs import SampledOutputs
 from planter.errors import InputError
-from planter.kernels import Array
-from planter.parallel.task import Means
-from planter.planting import simulation
 from planter.planting.file import PlantingMachine
 from planter.planting.model import Device
-from planter.planting.objective import CycleObjective
 from planter.planting.swept import ADAPTER
-from planter.report.labels import format_label
 from planter.sweeps.adapter import ResolvedMachine
-from planter.sweeps.job import CHUNK
 from planter.tolerance.analysis import (
-    ToleranceRequest,
     Tolerances,
-    analyse_tolerances,
     default_tolerances,
-    first_order_std,
 )
 from planter.tolerance.job import Spread
-from planter.tolerance.robust import RobustGoal, Settings, find_robust
+from planter.tolerance.robust import RobustGoal, Settings
 from tests.support.cli import answer, refusal, run
 from tests.support.sampled import sampled
 from tests.support.schemas import load_schema
@@ -84,23 +76,6 @@ def test_output_slopes_equal_differences(
     np.testing.assert_array_less(np.abs(slopes - expected), 2e-5 * size)
 
 
-def test_first_order_bands_match_small_monte_carlo(
-    resolved: ResolvedMachine, spreads: dict[str, Spread]
-) -> None:
-    output_adapter = subject(resolved.machine, spreads)
-    names, small = list(spreads), 0.01
-    centre, std = (
-        np.array([getattr(spread, key) for spread in spreads.values()]) for key in ("centre", "std")
-    )
-    _, slopes = output_adapter.slopes(centre)
-    rng = np.random.default_rng(1)
-    half = centre + small * std * rng.choice([-1.0, 1.0], (2000, len(names)))
-    deviations = output_adapter.evaluated(np.vstack([half, 2 * centre - half]), 2).std(axis=0)
-    np.testing.assert_allclose(
-        deviations, small * first_order_std(slopes, list(spreads.values())), rtol=0.06
-    )
-
-
 def test_default_tolerances_cover_workshop_and_speed(spreads: dict[str, Spread]) -> None:
     groups = (
         "mass.",
@@ -121,24 +96,6 @@ def robust(resolved: ResolvedMachine, spreads: dict[str, Spread]) -> RobustGoal:
     return ADAPTER.build_robust(resolved.machine, {}, spreads, Settings(machines=16))
 
 
-def test_robust_gradient_equals_differences(robust: RobustGoal) -> None:
-    x, width = robust.design, robust.upper - robust.lower
-    _, slope = robust.value(x, 3.0)
-    for j in range(len(x)):
-        step = np.zeros(len(x))
-        step[j] = 1e-4 * width[j]
-        forward, back = (robust.value(x + sign * step, 3.0)[0] for sign in (1, -1))
-        assert abs(slope[j] * width[j] - (forward - back) / 2e-4) < 2e-6 * max(
-            1.0, np.abs(slope * width).max()
-        )
-
-
-def test_robust_gradient_depends_on_deviation(robust: RobustGoal) -> None:
-    at = robust.at(robust.design)
-    width = robust.upper - robust.lower
-    assert np.abs(3 * at.std_slope * width).max() > 1e-3
-
-
 def test_robust_machines_agree_with_simulation(
     robust: RobustGoal, resolved: ResolvedMachine, spreads: dict[str, Spread]
 ) -> None:
@@ -157,67 +114,12 @@ def test_robust_machines_agree_with_simulation(
         paths = [machine.values[index].path for index in machine.moved]
         changes = {path: float(value) for path, value in zip(paths, values, strict=True)}
         differences.append(
-            simulation.simulate(Device(resolved.machine.with_numbers(changes))).result.objective
+            simulate(Device(resolved.machine.with_numbers(changes))).result.objective
         )
     at = few.at(few.design)
     np.testing.assert_allclose(
         [at.mean, at.std], [np.mean(differences), np.std(differences)], rtol=1e-9
     )
-
-
-def test_robust_goal_without_tolerances_is_objective(resolved: ResolvedMachine) -> None:
-    none = ADAPTER.build_robust(resolved.machine, {}, {}, Settings(machines=3))
-    value, slope = none.value(none.design, 3.0)
-    expected, gradient = CycleObjective(Device(resolved.machine)).gradient(none.design)
-    assert np.isclose(value, expected, rtol=1e-12)
-    np.testing.assert_allclose(slope, gradient, rtol=1e-9, atol=1e-14 * np.abs(gradient).max())
-
-
-def test_rounding_has_no_deviation_slope(
-    resolved: ResolvedMachine, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    none = ADAPTER.build_robust(resolved.machine, {}, {}, Settings(machines=3))
-    evaluate = none.evaluate
-
-    def rounded(x: Array) -> tuple[Array, Array]:
-        values, gradients = evaluate(x)
-        values[-1] = np.nextafter(values[-1], np.inf)
-        return values, gradients
-
-    monkeypatch.setattr(none, "evaluate", rounded)
-    value, slope = none.value(none.design, 3.0)
-    expected, gradient = CycleObjective(Device(resolved.machine)).gradient(none.design)
-    assert np.isclose(value, expected, rtol=1e-12)
-    np.testing.assert_allclose(slope, gradient, rtol=1e-9, atol=1e-14 * np.abs(gradient).max())
-
-
-def test_robust_design_improves_only_robust_objective(
-    resolved: ResolvedMachine, spreads: dict[str, Spread]
-) -> None:
-    settings = Settings(machines=32, starts=1)
-    robust_result = find_robust(
-        ADAPTER.build_robust(resolved.machine, {}, spreads, settings), settings, None
-    )
-    assert robust_result.objective <= robust_result.own_objective
-    device = Device(resolved.machine)
-    x = device.x(**robust_result.design)
-    assert ((x >= device.lower - 1e-12) & (x <= device.upper + 1e-12)).all()
-    assert np.isclose(robust_result.mean + 3 * robust_result.std, robust_result.objective)
-
-
-@pytest.mark.long
-def test_tolerance_rows_do_not_depend_on_workers(
-    resolved: ResolvedMachine, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    request = ToleranceRequest(["support_range_N"], 2 * CHUNK + 1, 0, robust=None)
-    again = analyse_tolerances(
-        resolved, {}, default_tolerances(resolved), "usual", request, means=Means(2)
-    ).result
-    monkeypatch.setattr("planter.sweeps.job.FEWEST", 3 * CHUNK)
-    monkeypatch.setattr("planter.sweeps.job.count_cores", lambda: 3)
-    alone = analyse_tolerances(resolved, {}, default_tolerances(resolved), "usual", request).result
-    assert alone.hash == again.hash
-    assert alone.outputs == again.outputs
 
 
 INVALID_TOLERANCES = {
@@ -253,20 +155,6 @@ def test_last_matching_tolerance_counts(resolved: ResolvedMachine) -> None:
     spreads = Tolerances.read({"tolerances": table}, "mine").spreads(resolved, "mine")
     assert len(spreads) == 6
     assert np.allclose([spreads["mass.planet_kg"].low, spreads["mass.planet_kg"].high], [0.9, 1.5])
-
-
-@pytest.mark.usefixtures("blank_figures")
-def test_tolerance_command_writes_report(tmp_path: Path) -> None:
-    few = ("--samples", "40", "--indices", "2", "--set", "objective.samples=24", "--no-robust")
-    result = answer("tolerance", "wang2017", *few, "--out", str(tmp_path))
-    assert (
-        result.items()
-        <= json.loads((tmp_path / "summary.json").read_text(encoding="utf-8")).items()
-    )
-    page = (tmp_path / "report.html").read_text(encoding="utf-8")
-    assert all(format_label(name) in page for name in result["outputs"])
-    kinds = {path.stem.partition("-")[0] for path in (tmp_path / "figures").glob("*.svg")}
-    assert kinds == {"outputs", "indices", "turn"}
 
 
 @pytest.mark.long

@@ -8,18 +8,12 @@ from itertools import product
 import numpy as np
 import pytest
 
-from planter.planting import attainable_force as front
-from planter.planting import cycle, file
-from planter.planting.attainable_force import (
-    VarianceSearch,
-    find_largest_range,
-    find_largest_variance,
-    load_paper_points,
-)
+from planter.optimise.sampled_cycle import sample_angles
+from planter.planting import file
 from planter.planting.calibration import with_flank
 from planter.planting.model import Device
 from planter.planting.printed import attainable as experiment
-from planter.planting.printed.attainable import PAPER
+from planter.planting.printed.attainable import PAPER, load_paper_points, read_saved_front
 from planter.planting.unpublished_inputs import (
     INERTIA,
     CalibrationForce,
@@ -28,11 +22,13 @@ from planter.planting.unpublished_inputs import (
     compute_flank_angles,
     load_calibration_data,
 )
-from tests.support import machines
+from tests.support import machines, own
 from tests.support.sampled import sampled
+from tests.support.structure import ROOT
 
 pytestmark = pytest.mark.usefixtures("kernel_cache")
 SAMPLES = 60
+front = own.import_file(ROOT / "docs" / "studies" / "attainable_front.py")
 
 
 def device(law: str = "cycloidal", model: str = "exact") -> Device:
@@ -101,9 +97,9 @@ def test_force_equals_rebuilt_machine_with_slopes(law: str, model: str) -> None:
         planting_device.machine.with_numbers({row["name"]: row["value"] for row in rows}),
         planting_device.model,
     )
-    turn = cycle.evaluate_cycle(moved, moved.prologue(moved.design), cycle.sample_angles(SAMPLES))
-    assert curve.force == pytest.approx(turn.support[: len(curve.force)], rel=1e-9)
-    assert np.sort(curve.push) == pytest.approx(np.sort(turn.sides[0]["F_E_N"]), rel=1e-8)
+    turn = moved.columns(moved.design, sample_angles(SAMPLES, 2 * np.pi))
+    assert curve.force == pytest.approx(turn["support_N"][: len(curve.force)], rel=1e-9)
+    assert np.sort(curve.push) == pytest.approx(np.sort(turn["F_E_N"]), rel=1e-8)
     step = 1e-6
     for k, unit in enumerate(np.eye(len(z))):
         ahead, behind = force(z + step * unit), force(z - step * unit)
@@ -122,26 +118,29 @@ def test_machine_values_give_machine_force() -> None:
     force = CalibrationForce(planting_device, CalibrationInputs.wide(planting_device))
     assert force(force.file_point()).force == pytest.approx(
         planting_device.support(
-            planting_device.prologue(planting_device.design), cycle.sample_angles(SAMPLES)
+            planting_device.prologue(planting_device.design), sample_angles(SAMPLES, 2 * np.pi)
         )[:30]
     )
 
 
 def test_attained_points_satisfy_cap_and_contact(force: CalibrationForce) -> None:
     starts = [np.random.default_rng(seed).random(len(force.inputs)) for seed in range(3)]
-    largest = find_largest_variance(force, 80.0, True, starts)
+    largest = front.find_largest_variance(force, 80.0, True, starts)
     assert largest is not None
     assert largest.range <= 80.5
     assert largest.push >= 0
     assert largest.variance > max(force(z).variance for z in starts if force(z).range <= 80)
-    free, tied = find_largest_range(force, False, starts), find_largest_range(force, True, starts)
+    free, tied = (
+        front.find_largest_range(force, False, starts),
+        front.find_largest_range(force, True, starts),
+    )
     assert free is not None
     assert tied is not None
     assert free.range >= tied.range - 1 > largest.range
 
 
 def test_slopes_of_minimised_sums_equal_differences(force: CalibrationForce) -> None:
-    search = VarianceSearch(force, 40.0, True)
+    search = front.VarianceSearch(force, 40.0, True)
     w = search.start(np.random.default_rng(1).random(len(force.inputs)))
     _, slopes = search.cost(w, 0.3)
     steps = [
@@ -152,11 +151,11 @@ def test_slopes_of_minimised_sums_equal_differences(force: CalibrationForce) -> 
 
 
 def test_saved_front_matches_current_code() -> None:
-    saved_front = front.read_saved_front()
+    saved_front = read_saved_front()
     assert saved_front is not None
     machine = file.load(PAPER)
     assert saved_front["key"] == front.compute_key(machine, load_paper_points(PAPER)), (
-        "python -m planter.planting.attainable_force"
+        "python docs/studies/attainable_front.py"
     )
     assert saved_front["key"] != front.compute_key(
         machine.with_numbers({"psi0_deg": -7.0}), load_paper_points(PAPER)
@@ -169,17 +168,15 @@ def test_saved_front_matches_current_code() -> None:
 @pytest.mark.parametrize("place", [0, -1])
 @pytest.mark.parametrize("contact", [0, 1])
 def test_front_points_equal_their_inputs(contact: int, place: int) -> None:
-    points = front.read_saved_front()["fronts"][contact]
+    points = read_saved_front()["fronts"][contact]
     point = points["points"][place]
     machine = with_flank(file.load(PAPER), point["flank"]).with_numbers(point["inputs"])
     subject = Device(machine, "exact")
-    turn = cycle.evaluate_cycle(
-        subject, subject.prologue(subject.design), cycle.sample_angles(machine.objective.samples)
-    )
-    assert np.ptp(turn.support) == pytest.approx(point["range_N"], rel=1e-8)
-    assert turn.support.var() == pytest.approx(point["variance_N2"], rel=1e-8)
+    turn = subject.columns(subject.design, sample_angles(machine.objective.samples, 2 * np.pi))
+    assert np.ptp(turn["support_N"]) == pytest.approx(point["range_N"], rel=1e-8)
+    assert turn["support_N"].var() == pytest.approx(point["variance_N2"], rel=1e-8)
     if points["contact"] == "cam pushing":
-        assert turn.sides[0]["F_E_N"].min() >= 0
+        assert turn["F_E_N"].min() >= 0
     json.dumps(point, allow_nan=False)
 
 
@@ -188,7 +185,7 @@ def test_rippling_speed_equals_machine_at_speed() -> None:
     speeds = experiment.SpeedDependence.from_model(experiment.LiftedModel(device), 720)
     for rpm in (35.0, 45.0):
         other = Device(device.machine.with_numbers({"speed_rpm": rpm}), "exact")
-        force = other.support(other.prologue(other.design), cycle.sample_angles(720))
+        force = other.support(other.prologue(other.design), sample_angles(720, 2 * np.pi))
         assert speeds.weight + (rpm * np.pi / 30) ** 2 * speeds.a == pytest.approx(force, rel=1e-12)
     period = np.fft.fftfreq(720, 1 / 720)
     slope = np.real(np.fft.ifft(1j * period * np.fft.fft(speeds.b)))

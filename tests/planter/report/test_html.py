@@ -10,14 +10,15 @@ from typing import Any
 import numpy as np
 import pytest
 
+from planter import simulate
 from planter.kernels import generated
-from planter.planting.design_presentation import present_optimum, present_simulation
+from planter.mechanism.presentation import present_cycle
+from planter.mechanism.results import MechanismWarning
+from planter.planting.design_presentation import present_optimum
 from planter.planting.file import load
 from planter.planting.model import Device
 from planter.planting.optimisation import Optimisation, optimise
-from planter.planting.report import figures
-from planter.planting.results import PlantingWarning
-from planter.planting.simulation import simulate
+from planter.planting.report.forces import draw_support_force
 from planter.report import html, style
 
 EVIL = "<script>alert('x')</script> & \"more\""
@@ -25,9 +26,9 @@ EVIL = "<script>alert('x')</script> & \"more\""
 
 @pytest.fixture(scope="module")
 def drawings() -> dict[str, str]:
-    history = figures.draw_convergence({"ga": [(1, 2.0), (9, 1.0)]})
-    front = figures.draw_pareto(np.array([[1.0, 2.0], [2.0, 1.0]]), {"optimum": (1.0, 2.0)})
-    return {"convergence": figures.render_svg(history), "pareto": figures.render_svg(front)}
+    curves = {"exact": (np.array([0.0, 360.0]), np.array([1.0, 2.0]))}
+    drawing = style.render_svg(draw_support_force(curves, 1.0))
+    return {"first": drawing, "second": drawing}
 
 
 @pytest.fixture(scope="module")
@@ -73,7 +74,6 @@ def test_page_is_well_formed_with_all_sections(page: str) -> None:
         "Insensitive directions",
         "Certificate",
         "Figures",
-        "Names",
         "Model",
         "Inputs",
         "Provenance",
@@ -87,7 +87,7 @@ def test_ids_are_unique_and_references_resolve(
     optimisation: Optimisation, drawings: dict[str, str]
 ) -> None:
     page = render(
-        optimisation, optimisation.devices["exact"], {**drawings, "again": drawings["pareto"]}
+        optimisation, optimisation.devices["exact"], {**drawings, "again": drawings["second"]}
     )
     ids = [e.get("id") for e in tree(page).iter() if e.get("id")]
     assert len(ids) == len(set(ids)) > 100
@@ -106,7 +106,7 @@ def test_page_loads_and_runs_no_resources(page: str) -> None:
 def test_texts_are_escaped(optimisation: Optimisation, drawings: dict[str, str]) -> None:
     device = Device(load("wang2017").model_copy(update={"name": EVIL, "description": EVIL}))
     page = render(
-        optimisation, device, {EVIL: drawings["pareto"]}, machine=EVIL, model=EVIL, method=EVIL
+        optimisation, device, {EVIL: drawings["second"]}, machine=EVIL, model=EVIL, method=EVIL
     )
     assert "<script" not in page
     assert words(page).count(EVIL) >= 5
@@ -149,13 +149,13 @@ def test_inputs_have_their_origins(optimisation: Optimisation, drawings: dict[st
 
 def test_simulation_shows_warnings_forces_and_assumptions() -> None:
     simulation = simulate(Device(load("wang2017")), 24, [100.0])
-    warning = PlantingWarning(
+    warning = MechanismWarning(
         name="tooth_contact_P", phi_deg=33.25, message="the teeth would <have> to pull"
     )
     warned = replace(simulation, result=replace(simulation.result, warnings=[warning]))
-    text = words(replace(present_simulation(warned), motions=tuple).page({}))
+    text = words(replace(present_cycle(warned), motions=tuple).page({}))
     parts = (
-        "At 33.25\N{DEGREE SIGN}: the teeth would <have> to pull (tooth_contact_P)",
+        "the teeth would <have> to pull (tooth_contact_P)",
         "weight 97.8547",
         "F_E / N 56.6762",
         "omega dot / rad/s2 0.269574",
@@ -163,9 +163,17 @@ def test_simulation_shows_warnings_forces_and_assumptions() -> None:
     )
     for part in parts:
         assert part in text
-    clean = words(replace(present_simulation(simulation), motions=tuple).page({}))
+    clean = words(replace(present_cycle(simulation), motions=tuple).page({}))
     assert "Certificate" not in clean
     assert "Warnings" not in clean
+
+
+def test_page_of_second_machine_has_inputs() -> None:
+    simulation = simulate(Device(load("compact")), 24)
+    page = replace(present_cycle(simulation), motions=tuple).page({})
+    assert re.search(
+        "forward speed of the machine \N{MINUS SIGN}0.5 m/s .* forward_speed_m_s", words(page)
+    )
 
 
 def test_units_of_tables_and_figures_are_typeset() -> None:

@@ -13,7 +13,6 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import expect, sync_playwright
 
-from planter.planting import cycle
 from planter.planting.file import load
 from planter.planting.model import Device
 from tests.support.browser import browser
@@ -82,9 +81,7 @@ def test_a_notebook_shows_the_machine_as_it_moves(lab: str) -> None:
     messages = []
     for model in ("exact", "printed"):
         device = Device(load("wang2017"), model)
-        turn = cycle.evaluate_cycle(
-            device, device.prologue(device.design), cycle.sample_angles(360)
-        ).columns()
+        turn = device.columns(device.design, device.engine.list_angles(360))
         messages.append(
             f"carrier angle 0\N{DEGREE SIGN}, vertical support force {turn['support_N'][0]:.5g} N"
         )

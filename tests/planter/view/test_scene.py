@@ -16,7 +16,7 @@ from shapely import Polygon
 
 from planter.gear_geometry.cutting import ToothOrder
 from planter.kernels import Array
-from planter.planting import cycle
+from planter.optimise.sampled_cycle import sample_angles
 from planter.planting.file import load
 from planter.planting.model import Device
 from planter.planting.report import scene
@@ -122,9 +122,7 @@ def test_where_no_teeth_can_be_made_the_pitch_curves_are_drawn(
 
 
 def test_the_nozzle_ends_where_the_tip_is(device: Device, device_scene: Scene) -> None:
-    turn = cycle.evaluate_cycle(
-        device, device.prologue(device.design), cycle.sample_angles(device_scene.moments)
-    ).columns()
+    turn = device.columns(device.design, sample_angles(device_scene.moments, 2 * np.pi))
     carrier = device_scene.bodies[1]
     arm, planet = carrier.parts[0], carrier.parts[0].parts[1]
     (_, _, phi), (x, y, rotation) = device_scene.pose(carrier), device_scene.pose(planet)

@@ -12,10 +12,10 @@ import pytest
 from PIL import Image
 
 import planter
+from planter import simulate
 from planter.errors import InputError
 from planter.planting.file import load
 from planter.planting.model import Device
-from planter.planting.simulation import simulate
 from planter.view.animation import animate, gif, pack_scene, show_object
 from planter.view.picture import draw_picture
 from planter.view.subject import open_machine

@@ -12,9 +12,9 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Page, expect, sync_playwright
 
+from planter import simulate
 from planter.planting.file import load
 from planter.planting.model import Device
-from planter.planting.simulation import simulate
 from tests.planter.studio.static.told import Told
 from tests.support.browser import browser
 from tests.support.cli import answer
@@ -137,7 +137,7 @@ def test_picture_moves_with_numbers(page: Told) -> None:
     ).result.at[0]
     assert (
         told_at
-        == f"carrier angle 90\N{DEGREE SIGN}, vertical support force {expected.support_N:.5g} N"
+        == f"carrier angle 90\N{DEGREE SIGN}, vertical support force {expected['support_N']:.5g} N"
     )
     assert messages == []
 

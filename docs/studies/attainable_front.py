@@ -6,8 +6,8 @@ penalties. They are heuristic: known inputs attain every point of a front, and n
 no point lies beyond.
 
 The front is searched for over all laws of the cam's flanks and saved with a key of all that it
-depends on; where that has changed it is searched for again.
-`python -m planter.planting.attainable_force` renews the saved front.
+depends on, where `planter audit wang2017 --front` finds it.
+`python docs/studies/attainable_front.py` renews it, which takes some minutes.
 """
 
 from __future__ import annotations
@@ -18,7 +18,6 @@ import json
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from importlib.resources import files
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -26,11 +25,11 @@ from typing import Any
 import numpy as np
 import scipy
 
-from planter.audit import numbers
 from planter.kernels import Array, generated
 from planter.planting import functions
 from planter.planting.file import PlantingMachine, load
 from planter.planting.model import Device
+from planter.planting.printed import attainable
 from planter.planting.unpublished_inputs import (
     PUSH_MARGIN,
     SEARCH_UNIT,
@@ -45,8 +44,6 @@ PENALTIES = (0.1, 100.0)
 them.
 """
 MAX_ITERATIONS = 200
-FRONT_FILE = "attainable_front.json"
-PAPER_ROWS = ("theory", "experiment")
 SEED, STARTS = 0, 3
 """Random starts of each search; it also starts from the best points of the previous caps and of the
 other contact.
@@ -170,35 +167,6 @@ def find_largest_range(
     return max(
         (p for p in points if p.push >= 0 or not pushing), key=lambda p: p.range, default=None
     )
-
-
-def load_paper_points(paper: str) -> dict[str, dict[str, float]]:
-    """Return range [N] and variance [N2] of the support force as a paper gives them, by row of its
-    table.
-    """
-    disclosed = numbers.load_numbers()["disclosed"][paper]
-    return {
-        row: {key: disclosed[row][key] for key in ("range_N", "variance_N2")} for row in PAPER_ROWS
-    }
-
-
-def load_front(name: str, points: PaperPoints, progress: Listener | None = None) -> Front:
-    """Return the front of a built-in machine with some points of a paper by name.
-
-    It is read from the saved file if that is up to date, else searched for, which takes some
-    minutes.
-    """
-    machine = load(name)
-    key, front = compute_key(machine, points), read_saved_front()
-    if front is None or front["key"] != key:
-        front = {"key": key, **search_front(machine, points, progress)}
-    return front
-
-
-def read_saved_front() -> Front | None:
-    """Return the saved front, or None if it is missing."""
-    file = files("planter.planting").joinpath(FRONT_FILE)
-    return json.loads(file.read_text(encoding="utf-8")) if file.is_file() else None
 
 
 def compute_key(machine: PlantingMachine, points: PaperPoints) -> str:
@@ -344,10 +312,11 @@ def _with_flank(machine: PlantingMachine, law: str) -> PlantingMachine:
 
 def _renew_front(paper: str) -> None:
     """Search for the front of a paper's machine and save it."""
-    machine, points = load(paper), load_paper_points(paper)
+    machine, points = load(paper), attainable.load_paper_points(paper)
     front = search_front(machine, points, lambda progress: print(progress, file=sys.stderr))
     text = json.dumps({"key": compute_key(machine, points), **front}, indent=1)
-    Path(__file__).with_name(FRONT_FILE).write_text(f"{text}\n", encoding="utf-8")
+    file = Path(attainable.__file__).parents[1] / attainable.FRONT_FILE
+    file.write_text(f"{text}\n", encoding="utf-8")
 
 
 if __name__ == "__main__":
