@@ -152,9 +152,9 @@ def over_a_turn(axes: Axes, label: bool = True, end: float = 360.0) -> None:
 
 
 def add_legend(figure: Figure, axes: Axes, columns: int = 1) -> None:
-    """Add the legend of axes above all axes of a figure."""
+    """Add the legend of axes above all axes of a figure, away from the labels at the left."""
     handles = axes.get_legend_handles_labels()
-    figure.legend(*handles, loc="outside upper left", ncols=columns, frameon=False)
+    figure.legend(*handles, loc="outside upper right", ncols=columns, frameon=False)
 
 
 def drawing_board(axes: Axes, x: str = "x / mm", y: str = "y / mm") -> None:
