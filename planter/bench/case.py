@@ -19,7 +19,7 @@ import numpy as np
 from planter.errors import ComputationError
 from planter.kernels import Array, generated, toolchain
 from planter.kernels.compiler import CompilerError
-from planter.optimise.variance import WeightedSum
+from planter.bench.variance import WeightedSum
 from planter.planting import file, functions
 from planter.planting.model import FORCE, Device
 from planter.planting.objective import CycleObjective

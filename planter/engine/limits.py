@@ -8,7 +8,7 @@ import itertools
 
 import numpy as np
 
-from planter.engine.goal import Goal
+from planter.engine.goal import Goal, find_display_unit
 from planter.engine.measures import Limit
 from planter.kernels import Array
 from planter.numerics.arrays import Integers, LastCallCache
@@ -38,9 +38,12 @@ class MeasureLimits(Constraints):
         )
         self.owner: Integers = np.arange(len(goal.limits))
         self._rows = LastCallCache(lambda x: LimitRows(self, x))
-        self.kinds = [
-            _name(limit, step) for limit, step in zip(goal.limits, self.steps.tolist(), strict=True)
-        ]
+        pairs = zip(goal.limits, self.steps.tolist(), strict=True)
+        self.kinds = [self._name(limit, step) for limit, step in pairs]
+
+    def _name(self, limit: Limit, step: float) -> NamedConstraint:
+        unit = find_display_unit(self.goal.machine, limit.measure).text
+        return NamedConstraint(str(limit), ("max" if limit.sign > 0 else "min",), unit, step)
 
     @property
     def windows(self) -> bool:
@@ -77,10 +80,6 @@ class MeasureLimits(Constraints):
         ]
         total: Array = np.sum(parts, axis=0)
         return total
-
-
-def _name(limit: Limit, step: float) -> NamedConstraint:
-    return NamedConstraint(str(limit), ("max" if limit.sign > 0 else "min",), "1", step)
 
 
 class LimitRow:

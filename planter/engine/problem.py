@@ -11,8 +11,6 @@ from planter.engine.machine import Machine
 from planter.engine.measures import Limit, Measure
 from planter.errors import InputError
 from planter.optimise.constraints import Constraints, DesignBox, join_constraints
-from planter.optimise.joined import JoinedObjective
-from planter.optimise.objective import Objective
 from planter.optimise.problem import Problem
 from planter.optimise.range_variance import CurveSumObjective, Sampling
 
@@ -22,21 +20,15 @@ class DesignProblem(Problem):
     (k,) on the design.
 
     `sampling` says whether the sum is of true extremes and integrals ("refined") or of samples;
-    limits are true. `objective` stands for the sum of the goal if it is another.
+    limits are true.
     """
 
-    def __init__(
-        self,
-        goal: Goal,
-        sampling: Sampling,
-        further: Sequence[Constraints] = (),
-        objective: Objective | None = None,
-    ) -> None:
+    def __init__(self, goal: Goal, sampling: Sampling, further: Sequence[Constraints] = ()) -> None:
         self.goal, self.sampling, self.further, machine = goal, sampling, further, goal.machine
         limits = [MeasureLimits(goal)] if goal.limits else []
         box = DesignBox.shares(machine.design_names, machine.lower, machine.upper, machine.design)
         super().__init__(
-            goal.objective if objective is None else objective,
+            goal.objective,
             box,
             join_constraints([*limits, *further]),
         )
@@ -62,11 +54,7 @@ class DesignProblem(Problem):
     @property
     def is_slow(self) -> bool:
         """Whether evaluations take so long that other searches are better run beside them."""
-        parts = (
-            self.objective.parts
-            if isinstance(self.objective, JoinedObjective)
-            else (self.objective,)
-        )
+        parts = self.goal.objective.parts
         curves = [part.response for part in parts if isinstance(part, CurveSumObjective)]
         return any(
             c.response.slopes_kernel.way != "lanes" for c in curves if isinstance(c, QuantityCurves)

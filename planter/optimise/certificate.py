@@ -222,9 +222,7 @@ def find_active_bounds(problem: Problem, multipliers: Multipliers) -> list[Activ
 
 @dataclass(frozen=True)
 class ActiveConstraint(Record):
-    """An active constraint: decrease of the objective per unit of the constraint if its limit is
-    relaxed.
-    """
+    """An active limit or requirement: decrease of the objective per `unit` if it is relaxed."""
 
     name: str
     side: str

@@ -65,19 +65,9 @@ class CurveSum:
         """Sign of each side, (s,)."""
         return np.array([float(side.sign) for side in self.sides])
 
-    def summarise(
-        self, smooth: SmoothSum, tops: Array, high: float, low: float
-    ) -> ObjectiveSummary:
-        """Return the summary of largest values (s,) of the sides, and extremes of the first
-        curve.
-        """
-        return ObjectiveSummary(
-            smooth.value,
-            find_tops(tops, self.groups, len(self.weights)),
-            high,
-            low,
-            *smooth.moments,
-        )
+    def summarise(self, smooth: SmoothSum, tops: Array) -> ObjectiveSummary:
+        """Return the summary of largest values (s,) of the sides."""
+        return ObjectiveSummary(smooth.value, find_tops(tops, self.groups, len(self.weights)))
 
 
 class SmoothSum:
@@ -102,12 +92,6 @@ class SmoothSum:
             for part, mask in zip(statistics, self.masks, strict=True)
         ]
         self.value = float(sum(part.weight * statistic.value for part, statistic, _ in self.parts))
-
-    @property
-    def moments(self) -> tuple[float, float]:
-        """Mean and variance of the first curve."""
-        mean = float(self.shares @ self.values[0])
-        return mean, float(self.shares @ (self.values[0] - mean) ** 2)
 
     @cached_property
     def slope(self) -> Array:

@@ -482,9 +482,7 @@ class CyclePanels:
 
     def summarise(self, total: CurveSum, smooth: SmoothSum) -> ObjectiveSummary:
         """Return the summary of a sum."""
-        tops = np.array([self.top(side) for side in total.sides])
-        high, low = (sign * self.top(CurveSide(0, 0, sign)) for sign in (1, -1))
-        return total.summarise(smooth, tops, high, low)
+        return total.summarise(smooth, np.array([self.top(side) for side in total.sides]))
 
     def row_slopes(
         self, rows: Integers, angles: Array, joint: Integers

@@ -5,7 +5,6 @@ another.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from functools import cached_property
 from typing import Protocol
 
@@ -145,13 +144,9 @@ class JoinedObjective:
 
 
 def join_summaries(summaries: Sequence[ObjectiveSummary]) -> ObjectiveSummary:
-    """Return the summary of a sum of objectives, with what is known of the first curve of the
-    first.
-    """
-    smooth = sum(summary.smooth for summary in summaries)
-    return replace(
-        summaries[0], smooth=smooth, tops=np.concatenate([summary.tops for summary in summaries])
-    )
+    """Return the summary of a sum of objectives."""
+    smooth = float(sum(summary.smooth for summary in summaries))
+    return ObjectiveSummary(smooth, np.concatenate([summary.tops for summary in summaries]))
 
 
 def _find_firsts(counts: Sequence[int]) -> list[int]:

@@ -9,7 +9,6 @@ peaks and of valleys.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Protocol
@@ -25,20 +24,10 @@ NO_GROUPS: Integers = np.empty(0, dtype=np.int64)
 
 @dataclass(frozen=True)
 class ObjectiveSummary:
-    """Smooth value and largest row of each group (g,) at a design, and what is known of its first
-    curve.
-    """
+    """Smooth value and largest row of each group (g,) at a design."""
 
     smooth: float
     tops: Array = field(default_factory=lambda: NO_ROWS)
-    high: float = -math.inf
-    low: float = math.inf
-    mean: float = math.nan
-    variance: float = math.nan
-
-    @property
-    def range(self) -> float:
-        return max(self.high - self.low, 0.0)
 
 
 @dataclass(frozen=True)
@@ -210,3 +199,15 @@ def find_gradient(objective: Objective, x: Array) -> Array:
         if len(rows):
             gradient += weight * conditions.gradients[rows[conditions.rows[rows].argmax()]]
     return gradient
+
+
+def find_hessian(objective: Objective, x: Array) -> Array:
+    """Return the Hessian (p, p) of an objective at a design, with the largest rows as they are
+    there.
+    """
+    local = objective.local(x)
+    values, weights = local.values(x), np.zeros(len(local.groups))
+    for group, weight in enumerate(objective.weights):
+        rows = np.flatnonzero(local.groups == group)
+        weights[rows[values.rows[rows].argmax()]] = weight
+    return local.curvature(x, ModelValues(1.0, weights, np.zeros(len(values.holds))))

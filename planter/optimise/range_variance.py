@@ -1,7 +1,6 @@
-"""Objective of the weighted range and scatter of a response over a cycle, and its insensitive
-directions.
+"""Objective of a sum over curves of a cycle, and its insensitive directions.
 
-Equation (31) of Wang et al. (2017) is such an objective.
+The weighted range and scatter of a force, equation (31) of Wang et al. (2017), is such a sum.
 """
 
 from __future__ import annotations
@@ -16,16 +15,12 @@ import scipy
 
 from planter.kernels import Array
 from planter.numerics.arrays import Flags
-from planter.numerics.statistics import StatisticKind
-from planter.optimise.constraints import Constraints, DesignBox
 from planter.optimise.continuous_cycle import ContinuousCycle
-from planter.optimise.curve_sum import CurveSide, CurveStatistic, CurveSum
+from planter.optimise.curve_sum import CurveSum
 from planter.optimise.cycle_panels import PanelCache
 from planter.optimise.objective import BreakpointHold, Conditions, LocalModel, ObjectiveSummary
-from planter.optimise.problem import Problem
 from planter.optimise.response import CycleResponse
 from planter.optimise.sampled_cycle import SampledCycle, SampledRows, sample_angles
-from planter.optimise.variance import Weights
 
 RANK_TOLERANCE = 1e-10
 """Singular values below this share of the largest count as zero."""
@@ -54,24 +49,6 @@ class InsensitiveDirections:
         return [
             [{name: weight} for name, weight in direction.items()] for direction in self.directions
         ]
-
-
-def find_insensitivity(
-    response: CycleResponse, x: Array, samples: int, equation_gradients: Array | None = None
-) -> InsensitiveDirections:
-    """Return rank and null space of the Jacobian of a curve in the design parameters.
-
-    The curve is evaluated at `samples` angles of a cycle at the design x (p,) [SI]; columns are
-    multiplied by the box width; the threshold is 1e-10 of the largest singular value. If equations
-    with gradients `equation_gradients` (k, p) constrain the design, the null space is restricted to
-    the directions that satisfy them.
-    """
-    rows = (
-        None
-        if equation_gradients is None
-        else equation_gradients * (response.upper - response.lower)
-    )
-    return find_insensitive(response.names, scale_slopes(response, x, samples), rows)
 
 
 def scale_slopes(response: CycleResponse, x: Array, samples: int) -> Array:
@@ -256,28 +233,3 @@ def find_spreads(response: CycleResponse) -> Array:
 def count_angles(sampling: Sampling) -> int:
     """Return the number of angles of a cycle at which insensitivity is determined."""
     return DIRECTION_ANGLES if sampling == "refined" else int(sampling)
-
-
-def build_range_sum(weights: Weights) -> CurveSum:
-    """Return the weighted range and scatter of one curve."""
-    kind: StatisticKind = "variance" if weights.kind == "paper" else "std"
-    sides = (CurveSide(0, 0, 1), CurveSide(1, 0, -1))
-    statistics = (
-        (CurveStatistic(kind, 0, weights.weight_variance),) if weights.weight_variance else ()
-    )
-    return CurveSum(statistics, sides, np.full(2, weights.weight_range))
-
-
-def build_range_problem(
-    response: CycleResponse,
-    weights: Weights,
-    sampling: Sampling,
-    constraints: Constraints | None = None,
-) -> Problem:
-    """Return the problem of minimising weighted range and scatter of a response, in shares of its
-    bounds.
-    """
-    box = DesignBox.shares(response.names, response.lower, response.upper, response.design)
-    return Problem(
-        CurveSumObjective(response, build_range_sum(weights), sampling), box, constraints
-    )

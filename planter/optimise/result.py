@@ -103,7 +103,7 @@ class EvaluationCounts(Record):
 
 
 @dataclass(frozen=True)
-class OptimalityCertificate:
+class OptimalityCertificate(Record):
     """Evidence that a point is an optimum.
 
     `kkt_residual` is dimensionless, below 1e-6 at a local optimum. Of `starts` local searches,
@@ -153,7 +153,7 @@ class OptimiserResult:
     design: Array
     evaluation: ObjectiveEvaluation
     start_objective: float
-    evaluations: Counts
+    evaluations: EvaluationCounts
     seconds: float
     certificate: OptimalityCertificate
     history: dict[str, History]
@@ -212,7 +212,7 @@ def build_result(
         design=judged.design(u),
         evaluation=judged.evaluate(u),
         start_objective=problem.reference.objective,
-        evaluations=candidates.counts,
+        evaluations=EvaluationCounts(**vars(candidates.counts)),
         seconds=seconds,
         certificate=certify_candidates(judged, u, candidates.minima),
         history=candidates.history,

@@ -139,7 +139,7 @@ def summarise_samples(total: CurveSum, values: Array) -> ObjectiveSummary:
     """Return the summary of samples (m, n) of a cycle."""
     high, low = values.max(axis=1), values.min(axis=1)
     tops = np.where(total.signs > 0, high[total.rows], -low[total.rows])
-    return total.summarise(SmoothSum(total.statistics, values), tops, float(high[0]), float(low[0]))
+    return total.summarise(SmoothSum(total.statistics, values), tops)
 
 
 class SampledRows:

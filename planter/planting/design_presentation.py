@@ -43,14 +43,13 @@ from planter.planting.design_results import (
 from planter.planting.file import PlantingMachine
 from planter.planting.functions import MODELS
 from planter.planting.model import Device
-from planter.planting.objective import build_problem, find_curve_angles, read_weights
+from planter.planting.objective import evaluate_many, find_curve_angles, read_weights
 from planter.planting.report import figures
 from planter.planting.report.scene import build_scene
 from planter.planting.results import (
     DeviceState,
     Lifted,
     OptimisationFound,
-    PlantingCertificate,
     RequirementResult,
     SimulationFound,
     Validation,
@@ -87,7 +86,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from planter.kernels import Array
-    from planter.optimise.objective import ObjectiveSummary
+    from planter.optimise.result import OptimalityCertificate
     from planter.planting.optimisation import Optimisation
     from planter.planting.simulation import Simulation
     from planter.records import Record
@@ -586,12 +585,12 @@ def _describe_certificate(result: OptimisationFound) -> Iterator[Block]:
         yield Folded("active bounds and requirements, with what relaxing them would gain", [table])
 
 
-def _list_multipliers(certificate: PlantingCertificate) -> list[tuple[Cell, ...]]:
+def _list_multipliers(certificate: OptimalityCertificate) -> list[tuple[Cell, ...]]:
     bounds = [
         (bound.name, bound.side, bound.multiplier, "width of its bounds")
         for bound in certificate.active_bounds
     ]
-    active = certificate.active_requirements or ()
+    active = certificate.active_constraints
     return [*bounds, *((row.name, row.side, row.multiplier, row.unit) for row in active)]
 
 
@@ -750,7 +749,7 @@ def _draw_motion(device: Device, x: Array, start: Array | None = None) -> dict[s
 
 def _draw_search(device: Device, optimisation: Optimisation) -> dict[str, Figure]:
     plots = {"convergence": figures.draw_convergence(optimisation.optimum.history)}
-    return plots | _draw_front(device, optimisation) if optimisation.front else plots
+    return plots | _draw_front(device, optimisation) if optimisation.result.front else plots
 
 
 def _draw_front(device: Device, optimisation: Optimisation) -> dict[str, Figure]:
@@ -759,17 +758,14 @@ def _draw_front(device: Device, optimisation: Optimisation) -> dict[str, Figure]
         "machine file": (result.start_range_N, result.start_variance_N2),
         "optimum": (result.range_N, result.variance_N2),
     }
-    summaries = [
-        *(point.evaluation.look for point in optimisation.front),
-        *_sample_designs(device, optimisation),
-    ]
-    points = [(summary.range, summary.variance) for summary in summaries]
+    points = [(point.range_N, point.variance_N2) for point in result.front or ()]
+    points += _sample_designs(device, optimisation)
     line = (weights.weight_range, weights.weight_variance) if weights.kind == "paper" else None
     return {"pareto": figures.draw_pareto(np.array([*points, *marks.values()]), marks, line)}
 
 
-def _sample_designs(device: Device, optimisation: Optimisation) -> list[ObjectiveSummary]:
-    """Return the summaries of random designs within the bounds."""
-    problem = build_problem(device, optimisation.optimum.sampling)
-    random = np.random.default_rng(optimisation.optimum.seed)
-    return [problem.evaluate(u).look for u in random.random((CLOUD_SIZE, device.size))]
+def _sample_designs(device: Device, optimisation: Optimisation) -> list[tuple[float, float]]:
+    """Return range and variance of random designs within the bounds, over samples."""
+    shares = np.random.default_rng(optimisation.optimum.seed).random((CLOUD_SIZE, device.size))
+    cloud = evaluate_many(device, device.lower + shares * (device.upper - device.lower))
+    return list(zip(cloud.range_N.tolist(), cloud.variance_N2.tolist(), strict=True))

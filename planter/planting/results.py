@@ -14,9 +14,8 @@ from planter.measured.findings import (
     MeasurementResult,
 )
 from planter.mechanism.results import LimitResult, MachineValidation, MechanismCycleResult
-from planter.optimise.certificate import ActiveBound, ActiveConstraint
 from planter.optimise.proof.search import GlobalBound
-from planter.optimise.result import EvaluationCounts
+from planter.optimise.result import EvaluationCounts, OptimalityCertificate
 from planter.planting.design_results import DesignersSummary, ToothCountResult
 from planter.records import Record, WarningRecord
 from planter.workshop.cam_results import Cam
@@ -221,18 +220,6 @@ class Validation(Record):
 
 
 @dataclass(frozen=True)
-class PlantingCertificate(Record):
-    """Certificate of an optimum, with its active requirements if the file has any."""
-
-    kkt_residual: float
-    active_bounds: list[ActiveBound]
-    starts: int
-    agreeing_starts: int
-    spread: float
-    active_requirements: list[ActiveConstraint] | None = None
-
-
-@dataclass(frozen=True)
 class SampledScore(Record):
     """A design scored over the machine file's number of samples."""
 
@@ -257,7 +244,7 @@ class OptimumFound(Record):
     start_objective: float
     evaluations: EvaluationCounts
     seconds: float
-    certificate: PlantingCertificate
+    certificate: OptimalityCertificate
     effective_parameters: int
     insensitive: list[Direction]
     requirements: list[RequirementResult] | None = None
@@ -283,7 +270,7 @@ class FrontPoint(Record):
 
 
 @dataclass(frozen=True, kw_only=True)
-class OptimisationFound(Record):
+class OptimisationFound(OptimumFound):
     """`planter optimise`: an optimum with its certificate, both designs in both models, whole teeth
     where asked for.
 
@@ -294,19 +281,6 @@ class OptimisationFound(Record):
 
     machine: str
     model: str
-    method: str
-    samples: int | str
-    objective: float
-    design: Design
-    range_N: float
-    variance_N2: float
-    start_objective: float
-    evaluations: EvaluationCounts
-    seconds: float
-    certificate: PlantingCertificate
-    effective_parameters: int
-    insensitive: list[Direction]
-    requirements: list[RequirementResult] | None = None
     sampled: SampledScore
     refined: TrueExtremes
     seed: int

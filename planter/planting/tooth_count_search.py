@@ -247,7 +247,7 @@ def optimise_with_tooth_counts(
             begin,
         )
     except KeyboardInterrupt:
-        raise OptimisationInterrupted(optimum, device.scale) from None
+        raise OptimisationInterrupted(optimum, device) from None
 
 
 def _check_feasibility(device: Device, spec: ToothCountSpec, seed: int) -> None:

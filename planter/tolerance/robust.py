@@ -28,7 +28,6 @@ from planter.errors import ComputationError
 from planter.kernels import Array
 from planter.numerics.arrays import LastCallCache
 from planter.optimise.constraints import FEASIBILITY_TOLERANCE, Constraints
-from planter.optimise.variance import Variance
 from planter.progress import Listener, ProgressPhase
 from planter.sweeps.plan import SobolSequence
 from planter.tolerance.job import Spread
@@ -152,11 +151,11 @@ class RobustGoal:
 
     def _moments(self, x: Array) -> Moments:
         values, slopes = self.evaluate(x)
-        variance = Variance(values)
-        std = float(np.sqrt(variance.value))
-        has_slope = std > ROUNDING * abs(variance.mean)
-        std_slope = variance.gradient(slopes) / (2 * std) if has_slope else np.zeros(len(x))
-        return Moments(variance.mean, std, slopes.mean(axis=0), std_slope)
+        mean, std = float(values.mean()), float(values.std())
+        has_slope = std > ROUNDING * abs(mean)
+        deviations = (values - mean) / len(values)
+        std_slope = deviations @ slopes / std if has_slope else np.zeros(len(x))
+        return Moments(mean, std, slopes.mean(axis=0), std_slope)
 
     def value(self, x: Array, sigmas: float | None) -> tuple[float, Array]:
         """Return mean plus `sigmas` standard deviations at x, or the nominal objective, with
