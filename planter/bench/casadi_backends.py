@@ -18,8 +18,7 @@ import numpy as np
 from planter.bench.case import Absent, BenchmarkCase, Call, Contender, LeanFunction, compile_to_c
 from planter.kernels import Array, toolchain
 from planter.kernels.compiler import CompilerError, find_compiler
-from planter.bench.variance import Weights
-from planter.planting.objective import evaluate_many
+from planter.planting.objective import Weights, evaluate_many
 
 BUILT = (
     "one function, share of a side in a loop over the lanes, prologue and its tangent "

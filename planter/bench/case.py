@@ -16,10 +16,10 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from planter.bench.variance import WeightedSum
 from planter.errors import ComputationError
 from planter.kernels import Array, generated, toolchain
 from planter.kernels.compiler import CompilerError
-from planter.bench.variance import WeightedSum
 from planter.planting import file, functions
 from planter.planting.model import FORCE, Device
 from planter.planting.objective import CycleObjective

@@ -55,4 +55,5 @@ def trace_front(
     )
     problems = [DesignProblem(Goal(machine, terms, (), samples), sampling) for terms in sums]
     front = trace_pareto_front(problems[0], problems[1], FRONT_POINTS, listener)
-    return [(point.range, point.variance, point.design) for point in front]
+    factor = machine.find_quantity(name).factor  # rows are in SI, sums in display units
+    return [(point.range / factor, point.variance, point.design) for point in front]

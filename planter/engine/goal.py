@@ -294,4 +294,4 @@ def evaluate_measure(machine: Machine, measure: Measure, samples: int | None = N
 
 
 def _evaluate(objective: JoinedObjective, x: Array) -> float:
-    return evaluate_summary(objective, objective.look(x)).objective
+    return evaluate_summary(objective, objective.summarise(x)).objective

@@ -59,7 +59,8 @@ class MeasureLimits(Constraints):
         Raises ComputationError without a cycle.
         """
         values = [
-            evaluate_summary(limited, limited.look(x)).objective for limited in self.goal.limited
+            evaluate_summary(limited, limited.summarise(x)).objective
+            for limited in self.goal.limited
         ]
         return np.array(values) / self.steps
 

@@ -298,7 +298,7 @@ class NodeMeasure:
         count = 2 * self.nodes(self.machine.design).values.shape[1] if self.measure.is_size else 0
         return np.zeros(count, dtype=np.int64)
 
-    def look(self, x: Array) -> ObjectiveSummary:
+    def summarise(self, x: Array) -> ObjectiveSummary:
         """Return the summary at a design x (p,)."""
         values = self.values(x)
         return ObjectiveSummary(
@@ -313,7 +313,7 @@ class NodeMeasure:
         """Return the measure itself, which has no samples."""
         return self
 
-    def grown(self, x: Array, tops: Array) -> NodeMeasure:
+    def extended(self, x: Array, tops: Array) -> NodeMeasure:
         """Return the model, which has all its rows."""
         return self
 

@@ -19,7 +19,7 @@ from planter.engine.loops import KinematicLoops, LoopCoordinates
 from planter.engine.machine import LEAST_PIVOT, Machine, Quantity
 from planter.errors import ComputationError, NotFiniteError
 from planter.kernels import Array, Kernel
-from planter.numerics.arrays import Integers
+from planter.numerics.arrays import Flags, Integers
 from planter.numerics.piecewise import ONE_SIDED_OFFSET
 from planter.numerics.roots import Crossings, find_crossings
 from planter.progress import name_step
@@ -110,33 +110,28 @@ class MachineResponse:
         """
         return self._fold(self._evaluate(self.values_kernel, point, phi)["rows"])
 
-    def slopes(self, point: DesignPoint, phi: Array) -> tuple[Array, Array]:
-        """Return the quantities (m, n) and their Jacobian (m, n, 1 + p) in (phi, x)."""
-        result = self._evaluate(self.slopes_kernel, point, phi, dh=point.dh)
+    def slopes(self, point: DesignPoint, phi: Array, is_loose: bool = False) -> tuple[Array, Array]:
+        """Return the quantities (m, n) and their Jacobian (m, n, 1 + p) in (phi, x).
+
+        Loose ones are NaN where something is not finite, as at the zero of a root.
+        """
+        result = self._evaluate(self.slopes_kernel, point, phi, is_loose, dh=point.dh)
         size, lanes = 1 + len(self.machine.moved), result["slopes"].shape[1]
         slopes = result["slopes"].reshape(len(self.quantities), size, lanes)
         return self._fold(result["rows"]), self._fold(slopes).transpose(0, 2, 1)
 
-    def derivatives(self, point: DesignPoint, phi: Array) -> tuple[Array, Array]:
-        """Return the quantities and their derivatives in phi, (m, n) each."""
-        result = self._evaluate(self.derivatives_kernel, point, phi)
+    def derivatives(
+        self, point: DesignPoint, phi: Array, is_loose: bool = False
+    ) -> tuple[Array, Array]:
+        """Return the quantities and their derivatives in phi, (m, n) each, loose as above."""
+        result = self._evaluate(self.derivatives_kernel, point, phi, is_loose)
         return self._fold(result["rows"]), self._fold(result["first"])
 
-    def rates(self, point: DesignPoint, phi: Array) -> tuple[Array, Array]:
-        """Return the first two derivatives of the quantities in phi, (m, n) each."""
-        result = self._evaluate(self.rates_kernel, point, phi)
-        return self._fold(result["first"]), self._fold(result["second"])
-
-    def loose_derivatives(self, point: DesignPoint, phi: Array) -> tuple[Array, Array]:
-        """Return what `derivatives` returns, with NaN where something is not finite, as at the zero
-        of a root.
+    def rates(self, point: DesignPoint, phi: Array, is_loose: bool = False) -> tuple[Array, Array]:
+        """Return the first two derivatives of the quantities in phi, (m, n) each, loose as
+        above.
         """
-        result = self._evaluate(self.derivatives_kernel, point, phi, is_loose=True)
-        return self._fold(result["rows"]), self._fold(result["first"])
-
-    def loose_rates(self, point: DesignPoint, phi: Array) -> tuple[Array, Array]:
-        """Return what `rates` returns, with NaN where something is not finite."""
-        result = self._evaluate(self.rates_kernel, point, phi, is_loose=True)
+        result = self._evaluate(self.rates_kernel, point, phi, is_loose)
         return self._fold(result["first"]), self._fold(result["second"])
 
     def curvature(self, point: DesignPoint, phi: Array, weights: Array) -> Array:
@@ -271,10 +266,11 @@ class MachineResponse:
         try:
             return kernel(**inputs, **more)
         except NotFiniteError as error:
-            sides = self._take_sides(kernel, inputs, more)
+            outputs, finite = kernel.masked(**inputs, **more)
+            sides = self._take_sides(kernel, inputs, more, outputs, finite)
             if sides is not None:
                 return sides
-            settled = self._settle(kernel.masked(**inputs, **more)[0]) if self.settles else None
+            settled = self._settle(outputs) if self.settles else None
             if settled is not None:
                 return settled
             raise ComputationError(
@@ -282,7 +278,12 @@ class MachineResponse:
             ) from None
 
     def _take_sides(
-        self, kernel: Kernel, inputs: Mapping[str, Array], more: Mapping[str, Array]
+        self,
+        kernel: Kernel,
+        inputs: Mapping[str, Array],
+        more: Mapping[str, Array],
+        outputs: Mapping[str, Array],
+        finite: Flags,
     ) -> dict[str, Array] | None:
         """Return outputs whose derivatives are those of one side of an angle that has none, None if
         no side has.
@@ -290,7 +291,6 @@ class MachineResponse:
         A norm that vanishes at an angle has such derivatives, 0/0 in its graph; each side has its
         own.
         """
-        outputs, finite = kernel.masked(**inputs, **more)
         if kernel.work.summed or not np.isfinite(outputs.get(VALUES, 0.0)).all():
             return None
         shifted = {
@@ -328,13 +328,6 @@ class MachineResponse:
             for name, rows in outputs.items()
         }
         return settled if all(np.isfinite(rows).all() for rows in settled.values()) else None
-
-    def loose_slopes(self, point: DesignPoint, phi: Array) -> tuple[Array, Array]:
-        """Return what `slopes` returns, with NaN where something is not finite."""
-        result = self._evaluate(self.slopes_kernel, point, phi, is_loose=True, dh=point.dh)
-        size, lanes = 1 + len(self.machine.moved), result["slopes"].shape[1]
-        slopes = result["slopes"].reshape(len(self.quantities), size, lanes)
-        return self._fold(result["rows"]), self._fold(slopes).transpose(0, 2, 1)
 
     def _fold(self, rows: Array) -> Array:
         """Return rows (m, ..., sides n) of lanes as those of angles: shares added up, others of the
@@ -578,11 +571,11 @@ class Switchings:
             return Crossings(*none, *none)
         response = self.response
         return find_crossings(
-            lambda phi: response.loose_derivatives(point, phi),
+            lambda phi: response.derivatives(point, phi, is_loose=True),
             self.periods,
             self.count,
             self.machine.turn,
-            lambda phi: response.loose_rates(point, phi),
+            lambda phi: response.rates(point, phi, is_loose=True),
         )
 
     def find_all(self, point: DesignPoint) -> tuple[list[Switching], Array]:

@@ -141,7 +141,7 @@ class PiecewiseCycle:
         self.switchings, touches = Switchings(machine, SCANNED, squares).find_all(self.point)
         breaks = np.append([switching.angle for switching in self.switchings], touches)
         self.pieces = PiecewiseFunctions(
-            lambda phi: self._take_roots(*response.loose_derivatives(self.point, phi)),
+            lambda phi: self._take_roots(*response.derivatives(self.point, phi, is_loose=True)),
             breaks,
             machine.turn,
         )
@@ -169,7 +169,7 @@ class PiecewiseCycle:
             more=[(self.rows[index].quantity, self.rows[index].graph) for index in chosen],
         )
         extremes = self.pieces.extremes(
-            np.array(chosen), lambda phi: response.loose_rates(self.point, phi)
+            np.array(chosen), lambda phi: response.rates(self.point, phi, is_loose=True)
         )
         return {self.names[index]: both for index, both in zip(chosen, extremes, strict=True)}
 

@@ -331,7 +331,7 @@ def with_front(optimum: MechanismOptimum, listener: Listener | None = None) -> M
 
     Raises InputError as `require_front`.
     """
-    machine = optimum.machine
+    machine = optimum.problem.machine
     name = require_front(optimum.problem)
     front = []
     for least_range, variance, x in trace_front(machine, name, optimum.problem.sampling, listener):

@@ -278,13 +278,13 @@ class ConstrainedModel:
         self.local, self.constraints, self.groups = local, constraints, local.groups
         self.bounds = np.hstack([local.bounds, [constraints.lower, constraints.upper]])
 
-    def look(self, x: Array) -> ObjectiveSummary:
+    def summarise(self, x: Array) -> ObjectiveSummary:
         """Return the summary of the objective at a design x (p,)."""
-        return self.local.look(x)
+        return self.local.summarise(x)
 
-    def grown(self, x: Array, tops: Array) -> ConstrainedModel:
+    def extended(self, x: Array, tops: Array) -> ConstrainedModel:
         """Return the model with the rows that exceed the tops of their groups at x."""
-        return ConstrainedModel(self.local.grown(x, tops), self.constraints)
+        return ConstrainedModel(self.local.extended(x, tops), self.constraints)
 
     def values(self, x: Array) -> ModelValues:
         """Return the values of the smooth function, rows and holds at a design x (p,)."""

@@ -24,7 +24,6 @@ from planter.optimise.objective import (
 )
 from planter.optimise.response import (
     ONE_SIDED_OFFSET,
-    CycleResponse,
     PointMotion,
     fixed_motion,
     hessians_along,
@@ -45,16 +44,11 @@ class ContinuousCycle:
         self.find_panels, self.total = find_panels, total
         self.panels = LastCallCache(self._prepare)
 
-    @classmethod
-    def from_response(cls, response: CycleResponse, total: CurveSum) -> ContinuousCycle:
-        """Return the turn of a response."""
-        return cls(PanelCache(response), total)
-
     def _prepare(self, x: Array) -> tuple[CyclePanels, SmoothSum]:
         panels = self.find_panels(x)
         return panels, panels.smooth(self.total.statistics)
 
-    def look(self, x: Array) -> ObjectiveSummary:
+    def summarise(self, x: Array) -> ObjectiveSummary:
         """Return the summary of the objective at a design x (p,)."""
         panels, smooth = self.panels(x)
         return panels.summarise(self.total, smooth)
@@ -122,7 +116,7 @@ class ExtremumRows:
         self._seen: list[list[float]] = [[] for _ in sides]
         self._state = LastCallCache(lambda x: _ExtremumState(self, x))
 
-    def grown(self, x: Array, tops: Array) -> ExtremumRows:
+    def extended(self, x: Array, tops: Array) -> ExtremumRows:
         """Return a copy with the windows of this design and rows at the extremes of the previous
         designs.
         """
@@ -132,9 +126,9 @@ class ExtremumRows:
         ]
         return ExtremumRows(self.cycle, self._state(x).panels, fixed)
 
-    def look(self, x: Array) -> ObjectiveSummary:
+    def summarise(self, x: Array) -> ObjectiveSummary:
         """Return the summary of the objective at a design x (p,)."""
-        return self.cycle.look(x)
+        return self.cycle.summarise(x)
 
     def values(self, x: Array) -> ModelValues:
         """Return the values of the smooth function, rows and holds at a design x (p,)."""
@@ -197,7 +191,7 @@ class _ExtremumState:
         slopes, _, place, _ = self.slopes
         ones = np.zeros((self.panels.response.count, len(selected)))
         ones[self.curves[selected], np.arange(len(selected))] = 1.0
-        second = self.panels.response.hessians(self.panels.at, place[selected], ones)
+        second = self.panels.response.curves.curvatures(self.panels.at, place[selected], ones)
         total = hessians_along(slopes[selected], second, self._motion(second, selected))
         bent: Array = np.tensordot(weights[selected], total, 1)
         return bent
@@ -223,8 +217,8 @@ class _ExtremumState:
         lanes, curves = np.arange(len(chosen)), self.curves[chosen]
         ones = np.zeros((panels.response.count, len(chosen)))
         ones[curves, lanes] = 1.0
-        change = after - panels.response.hessians(panels.at, panels.fold(angles), ones)
-        before = panels.response.slopes(panels.at, panels.fold(angles))[1][curves, lanes, 0]
+        change = after - panels.response.curves.curvatures(panels.at, panels.fold(angles), ones)
+        before = panels.response.curves.slopes(panels.at, panels.fold(angles))[1][curves, lanes, 0]
         rise = self.slopes[0][chosen, 0] - before
         size = change.shape[1] - 1
         path = np.concatenate(
@@ -351,7 +345,7 @@ def _jump_rows(panels: CyclePanels, side: CurveSide, angles: Array) -> _Points:
 def _fixed_rows(panels: CyclePanels, side: CurveSide, angles: Array) -> _Points:
     """Rows at fixed angles."""
     count = len(angles)
-    values = panels.response.value(panels.at, angles)[side.row] if count else np.empty(0)
+    values = panels.response.curves.values(panels.at, angles)[side.row] if count else np.empty(0)
     return angles.copy(), values, np.full(count, -1, dtype=np.int64), np.zeros(count, dtype=bool)
 
 

@@ -118,7 +118,9 @@ class CyclePanels:
         )
         values, rates = (
             part.reshape(len(part), *ends.shape)
-            for part in self.response.ends(self.at, self.fold(ends.ravel()))
+            for part in self.response.curves.derivatives(
+                self.at, self.fold(ends.ravel()), is_loose=True
+            )
         )
         if not (np.isfinite(values).all() and np.isfinite(rates).all()):
             first = np.flatnonzero(np.diff(self.panel, prepend=-1))
@@ -193,7 +195,7 @@ class CyclePanels:
         for depth in range(MAX_HALVINGS + 1):
             places, weights = pending.place()
             nodes = self.breaks[pending.panel, None] + places * lengths[pending.panel, None]
-            both = self.response.rate(self.at, self.fold(nodes.ravel()))
+            both = self.response.curves.derivatives(self.at, self.fold(nodes.ravel()))
             values, rates = (part.reshape(len(part), *nodes.shape) for part in both)
             shares = weights.sum(axis=1) * lengths[pending.panel] / self.response.period
             size = (np.abs(values).mean(axis=2) @ shares) if size is None else size
@@ -290,7 +292,7 @@ class CyclePanels:
     @cached_property
     def _node_slopes(self) -> Array:
         """Gradients of the curves along the nodes, (m, n, p)."""
-        slopes = self.response.slopes(self.at, self.fold(self.nodes))[1]
+        slopes = self.response.curves.slopes(self.at, self.fold(self.nodes))[1]
         return gradients_along(slopes, self._node_velocity)
 
     @cached_property
@@ -311,7 +313,9 @@ class CyclePanels:
         if not smooth.parts:
             return np.zeros((size, size))
         angles = self.fold(self.nodes)
-        bent = self.response.hessian_along(self.at, angles, smooth.slope, self._node_velocity)
+        bent = self.response.curves.curvature_along(
+            self.at, angles, smooth.slope, self._node_velocity
+        )
         return (
             bent + smooth.squared(self._node_slopes, self._share_slopes) + self._bend_joints(smooth)
         )
@@ -396,7 +400,7 @@ class CyclePanels:
 
     def _find_extremes(self, row: int) -> CycleExtrema:
         def slope(phi: Array) -> tuple[Array, Array]:
-            first, second = self.response.rates(self.at, self.fold(phi))
+            first, second = self.response.curves.rates(self.at, self.fold(phi))
             return first[row], second[row]
 
         places, rates, joined = self._probes(row)
@@ -448,7 +452,9 @@ class CyclePanels:
         """
         if not len(places):
             return np.empty(0)
-        values: Array = self.response.ends(self.at, places)[0][row].copy()
+        values: Array = self.response.curves.derivatives(self.at, places, is_loose=True)[0][
+            row
+        ].copy()
         at_kinks = slice(count, count + len(kinks))
         values[at_kinks] = np.where(
             np.isfinite(values[at_kinks]), values[at_kinks], self.end_values[row, kinks, 0]
@@ -462,7 +468,9 @@ class CyclePanels:
         if not len(angles):
             return np.zeros(0, dtype=bool)
         probes = np.concatenate([angles - ONE_SIDED_OFFSET, angles + ONE_SIDED_OFFSET])
-        before, after = np.split(self.response.rate(self.at, self.fold(probes))[1][row], 2)
+        before, after = np.split(
+            self.response.curves.derivatives(self.at, self.fold(probes))[1][row], 2
+        )
         steepest, largest = np.abs(self.node_rates[row]).max(), np.abs(self.values[row]).max()
         flags: Flags = np.abs(after - before) > max(CORNER_SHARE * steepest, LEVEL_SHARE * largest)
         return flags
@@ -503,7 +511,7 @@ class CyclePanels:
             probes = np.concatenate(
                 [angles[corner] - ONE_SIDED_OFFSET, angles[corner] + ONE_SIDED_OFFSET]
             )
-            both = self.response.slopes(self.at, self.fold(probes))[1]
+            both = self.response.curves.slopes(self.at, self.fold(probes))[1]
             before, after = np.split(both[np.tile(rows[corner], 2), np.arange(len(probes))], 2)
             change = after - before
             velocity[corner] = -change[:, 1:] / change[:, :1]
@@ -512,7 +520,7 @@ class CyclePanels:
             np.abs(angles[at_joint] - self.folded[joint[at_joint]]) < ONE_SIDED_OFFSET / 2
         )
         place[at_joint] += ONE_SIDED_OFFSET
-        slopes = self.response.slopes(self.at, place)[1][rows, np.arange(len(place))]
+        slopes = self.response.curves.slopes(self.at, place)[1][rows, np.arange(len(place))]
         return slopes, gradients_along(slopes, velocity), place, velocity
 
 

@@ -31,7 +31,7 @@ class Epigraph:
             len(self.groups),
             len(first.holds),
         )
-        self.units, self.levels = problem.objective.units, problem.reference.look.tops
+        self.units, self.levels = problem.objective.units, problem.reference.summary.tops
         self.row_units, self.row_levels = self.units[self.groups], self.levels[self.groups]
         self.weights = problem.objective.weights * self.units
         free = np.full(self.ends, np.inf)
@@ -59,7 +59,7 @@ class Epigraph:
     def f(self, z: Array) -> float:
         """Return the objective at z (n,)."""
         self.problem.counts.objective += 1
-        self.problem.record(self.point(z), self.local.look(self.design(z)))
+        self.problem.record(self.point(z), self.local.summarise(self.design(z)))
         level = float(self.problem.objective.weights @ self.levels)
         return (
             level + float(self.weights @ z[self.n :]) + self._values(z).smooth

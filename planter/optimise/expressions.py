@@ -42,14 +42,14 @@ class SmoothObjective:
 
     def __init__(self, function: SmoothFunction, size: int, unit: float | None = None) -> None:
         self.function, self.unit = function, unit
-        self.felt: Flags = np.ones(size, dtype=bool)
+        self.sensitive: Flags = np.ones(size, dtype=bool)
         self.bounds = np.empty((2, 0))
         self._nothing = np.empty((0, size))
 
     def restart(self) -> None:
         """Forget nothing: a function depends on its design alone."""
 
-    def look(self, x: Array) -> ObjectiveSummary:
+    def summarise(self, x: Array) -> ObjectiveSummary:
         """Return the summary of the objective at a design x (p,)."""
         return ObjectiveSummary(self.function.value(x))
 
@@ -60,7 +60,7 @@ class SmoothObjective:
     def coarse(self, x: Array) -> None:
         """Return None: there are no samples."""
 
-    def grown(self, x: Array, tops: Array) -> SmoothObjective:
+    def extended(self, x: Array, tops: Array) -> SmoothObjective:
         """Return the model, which has no rows."""
         return self
 
@@ -82,7 +82,7 @@ class SmoothObjective:
         nothing = self._nothing
         return Conditions(NO_ROWS, NO_GROUPS, nothing, self.function.gradient(x), nothing)
 
-    def flat(self, x: Array) -> Array:
+    def null_space(self, x: Array) -> Array:
         """Return the directions (k, p) to which the objective is insensitive at a design, to first
         order.
         """

@@ -41,7 +41,7 @@ class ObjectivePart(Protocol):
     def restart(self) -> None:
         """Forget all designs so far."""
 
-    def look(self, x: Array) -> ObjectiveSummary:
+    def summarise(self, x: Array) -> ObjectiveSummary:
         """Return the summary at a design x (p,)."""
 
     def local(self, x: Array, holds: Sequence[BreakpointHold] = ()) -> LocalModel:
@@ -92,11 +92,11 @@ class JoinedObjective:
             part.restart()
 
     @cached_property
-    def felt(self) -> Flags:
+    def sensitive(self) -> Flags:
         """Parameters on which the curves depend at their own design, (p,)."""
         return ~self._insensitive(self.design).zero
 
-    def flat(self, x: Array) -> Array:
+    def null_space(self, x: Array) -> Array:
         """Return the directions (k, p) to which the objective is insensitive at a design, to first
         order.
         """
@@ -105,9 +105,9 @@ class JoinedObjective:
     def _insensitive(self, x: Array) -> InsensitiveDirections:
         return find_insensitive(self.names, np.vstack([part.columns(x) for part in self.parts]))
 
-    def look(self, x: Array) -> ObjectiveSummary:
+    def summarise(self, x: Array) -> ObjectiveSummary:
         """Return the summary of the objective at a design x (p,)."""
-        return join_summaries([part.look(x) for part in self.parts])
+        return join_summaries([part.summarise(x) for part in self.parts])
 
     def local(self, x: Array, holds: Sequence[BreakpointHold] = ()) -> LocalModel:
         """Return the local model of the objective near a design x (p,)."""
@@ -165,15 +165,15 @@ class JoinedModel:
         )
         self.bounds = np.hstack([model.bounds for model in self.models])
 
-    def look(self, x: Array) -> ObjectiveSummary:
+    def summarise(self, x: Array) -> ObjectiveSummary:
         """Return the summary of the objective at a design x (p,)."""
-        return join_summaries([model.look(x) for model in self.models])
+        return join_summaries([model.summarise(x) for model in self.models])
 
-    def grown(self, x: Array, tops: Array) -> JoinedModel:
+    def extended(self, x: Array, tops: Array) -> JoinedModel:
         """Return a copy which also has the rows that exceed the tops (g,) of their groups."""
         parts = np.split(tops, np.cumsum(self.counts)[:-1])
         return JoinedModel(
-            [m.grown(x, part) for m, part in zip(self.models, parts, strict=True)], self.counts
+            [m.extended(x, part) for m, part in zip(self.models, parts, strict=True)], self.counts
         )
 
     def values(self, x: Array) -> ModelValues:

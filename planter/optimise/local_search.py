@@ -166,10 +166,10 @@ def _search_by_ipopt(
             replace(_snap_to_bounds(problem, u, iterations), converged=solution.converged)
         )
         tops = programme.tops(solution.z, VIOLATION_TOLERANCE)
-        complete = bool((minima[-1].evaluation.look.tops <= tops).all())
+        complete = bool((minima[-1].evaluation.summary.tops <= tops).all())
         if minima[-1].stationary or complete or not solution.converged:
             break
-        local = local.grown(problem.design(u), tops)
+        local = local.extended(problem.design(u), tops)
     best = min(minima, key=lambda minimum: minimum.rank)
     return replace(best, iterations=iterations)
 

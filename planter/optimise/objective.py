@@ -76,10 +76,10 @@ class LocalModel(Protocol):
     @property
     def bounds(self) -> Array: ...
 
-    def look(self, x: Array) -> ObjectiveSummary:
+    def summarise(self, x: Array) -> ObjectiveSummary:
         """Return the summary of the objective at a design x (p,)."""
 
-    def grown(self, x: Array, tops: Array) -> LocalModel:
+    def extended(self, x: Array, tops: Array) -> LocalModel:
         """Return a copy which also has the rows that exceed the tops (g,) of their groups at x
         (p,).
         """
@@ -116,7 +116,7 @@ class ObjectiveEvaluation:
     """The objective at a design and the summary from which it is computed."""
 
     objective: float
-    look: ObjectiveSummary
+    summary: ObjectiveSummary
 
 
 class Kinks(Protocol):
@@ -137,7 +137,7 @@ class Objective(Protocol):
     """Objective of designs x (p,): smooth + weights (g,) . largest rows of the groups.
 
     `units` (g,) are what counts as one in the rows, `unit` that of residuals and tolerances, None
-    for the value at the initial design. `felt` (p,) marks the parameters that affect the objective.
+    for the value at the initial design. `sensitive` (p,) marks the parameters that affect the objective.
     `windows` is true if the rows move with the design, so that a set of them does not serve a
     complete local search. `kinks` is None if all is differentiable.
     """
@@ -149,7 +149,7 @@ class Objective(Protocol):
     @property
     def unit(self) -> float | None: ...
     @property
-    def felt(self) -> Flags: ...
+    def sensitive(self) -> Flags: ...
     @property
     def windows(self) -> bool: ...
     @property
@@ -158,7 +158,7 @@ class Objective(Protocol):
     def restart(self) -> None:
         """Forget all designs so far, on which the last digits may depend."""
 
-    def look(self, x: Array) -> ObjectiveSummary:
+    def summarise(self, x: Array) -> ObjectiveSummary:
         """Return the summary of the objective at a design x (p,)."""
 
     def local(self, x: Array, holds: Sequence[BreakpointHold] = ()) -> LocalModel:
@@ -170,7 +170,7 @@ class Objective(Protocol):
     def conditions(self, x: Array) -> Conditions:
         """Return first-order data at a design x (p,), with gradients in the design."""
 
-    def flat(self, x: Array) -> Array:
+    def null_space(self, x: Array) -> Array:
         """Return the directions (k, p) to which the objective is insensitive at a design, to first
         order.
         """
@@ -183,9 +183,9 @@ def find_tops(rows: Array, groups: Integers, count: int) -> Array:
     return tops
 
 
-def evaluate_summary(objective: Objective, look: ObjectiveSummary) -> ObjectiveEvaluation:
+def evaluate_summary(objective: Objective, summary: ObjectiveSummary) -> ObjectiveEvaluation:
     """Return the evaluation of an objective from its summary at a design."""
-    return ObjectiveEvaluation(float(objective.weights @ look.tops) + look.smooth, look)
+    return ObjectiveEvaluation(float(objective.weights @ summary.tops) + summary.smooth, summary)
 
 
 def find_gradient(objective: Objective, x: Array) -> Array:

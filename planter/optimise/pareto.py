@@ -38,8 +38,8 @@ class ParetoPoint:
     @classmethod
     def at(cls, problem: Problem, u: Array) -> ParetoPoint:
         """Return a point u (p,) of a problem whose groups have the extremes as rows."""
-        look = problem.evaluate(u).look
-        return cls(problem.design(u), max(float(look.tops.sum()), 0.0), look.smooth)
+        summary = problem.evaluate(u).summary
+        return cls(problem.design(u), max(float(summary.tops.sum()), 0.0), summary.smooth)
 
     def dominates(self, other: ParetoPoint) -> bool:
         """Return whether this point is nowhere worse than another, and somewhere better."""
@@ -113,5 +113,5 @@ def _minimise_capped(problem: Problem, start: Array, cap: float) -> Array | None
         excess = ParetoPoint.at(problem, u).range - cap
         if solution.converged and excess <= VIOLATION_TOLERANCE * programme.units[0]:
             return u
-        local = local.grown(problem.design(u), programme.tops(solution.z))
+        local = local.extended(problem.design(u), programme.tops(solution.z))
     return None

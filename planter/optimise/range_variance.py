@@ -56,7 +56,7 @@ def scale_slopes(response: CycleResponse, x: Array, samples: int) -> Array:
     curve by its largest.
     """
     phi = response.turn * np.arange(samples) / samples
-    slopes = response.slopes(response.prologue(x), np.mod(phi, response.period))[1][:, :, 1:]
+    slopes = response.curves.slopes(response.prologue(x), np.mod(phi, response.period))[1][:, :, 1:]
     size = np.abs(slopes).max(axis=(1, 2), keepdims=True)
     scaled: Array = np.concatenate(slopes / np.where(size > 0, size, 1.0)) * (
         response.upper - response.lower
@@ -171,13 +171,13 @@ class CurveSumObjective:
         )
 
     @cached_property
-    def felt(self) -> Flags:
+    def sensitive(self) -> Flags:
         """Parameters on which the response depends at its own design, (p,)."""
         return ~find_insensitive(self.response.names, self.columns(self.response.design)).zero
 
-    def look(self, x: Array) -> ObjectiveSummary:
+    def summarise(self, x: Array) -> ObjectiveSummary:
         """Return the summary of the objective at a design x (p,)."""
-        return self.turn.look(x)
+        return self.turn.summarise(x)
 
     def local(self, x: Array, holds: Sequence[BreakpointHold] = ()) -> LocalModel:
         """Return the local model of the objective near a design x (p,)."""
@@ -206,7 +206,7 @@ class CurveSumObjective:
         """Return first-order data at a design x (p,)."""
         return self.turn.conditions(x)
 
-    def flat(self, x: Array) -> Array:
+    def null_space(self, x: Array) -> Array:
         """Return the directions (k, p) to which the objective is insensitive at a design, to first
         order.
         """
@@ -225,7 +225,7 @@ class CurveSumObjective:
 def find_spreads(response: CycleResponse) -> Array:
     """Return by how much each curve varies at the initial design, else its size, (m,)."""
     angles = sample_angles(DIRECTION_ANGLES, response.period, response.turn)
-    values = response.value(response.prologue(response.design), angles)
+    values = response.curves.values(response.prologue(response.design), angles)
     spread, size = np.ptp(values, axis=1), np.abs(values).max(axis=1)
     return np.where(spread > 0, spread, np.where(size > 0, size, 1.0))
 

@@ -41,12 +41,49 @@ class BreakpointEvent:
     period: float | None
 
 
+class AngleFunctions(Protocol):
+    """Functions (m,) of the angle and the design, at angles phi (n,) of a design given by its
+    invariants `at`.
+
+    Loose results are NaN where something is not finite, as beside a root.
+    """
+
+    def values(self, at: Any, phi: Array) -> Array:
+        """Return the functions, (m, n)."""
+
+    def derivatives(self, at: Any, phi: Array, is_loose: bool = False) -> tuple[Array, Array]:
+        """Return the functions and their derivatives in phi, (m, n) each."""
+
+    def rates(self, at: Any, phi: Array, is_loose: bool = False) -> tuple[Array, Array]:
+        """Return the first and second derivatives in phi, (m, n) each."""
+
+    def slopes(self, at: Any, phi: Array, is_loose: bool = False) -> tuple[Array, Array]:
+        """Return the functions, (m, n), and their Jacobian in (phi, x), (m, n, 1 + p)."""
+
+    def curvature(self, at: Any, phi: Array, weights: Array) -> Array:
+        """Return the sum over functions and angles of weights (m, n) times Hessians in (phi, x),
+        (1 + p, 1 + p).
+        """
+
+    def curvatures(self, at: Any, phi: Array, weights: Array) -> Array:
+        """Return the sum over functions of weights (m, n) times Hessians in (phi, x), (n, 1 + p,
+        1 + p).
+        """
+
+    def curvature_along(self, at: Any, phi: Array, weights: Array, angle_slopes: Array) -> Array:
+        """Return the weighted sum of the Hessians in x alone, (p, p), at angles with slopes (n,
+        p).
+        """
+
+
 class CycleResponse(Protocol):
     """Curves F(phi, x), (m,), periodic in phi with `period` [rad]; designs x are (p,), angles (n,).
 
-    The result of `prologue` is the argument `at` of all other methods. Breakpoints of the k-th
-    event lie at angles in [0, turn), less each of the `shifts`, and recur with the `period` of F.
-    Parts of the period are those on which conditions (c,) hold, whose ends are breakpoints too.
+    The result of `prologue` is the argument `at` of the functions. The k-th of the `joints` is that
+    of the k-th event, whose breakpoints lie at angles in [0, turn), less each of the `shifts`, and
+    recur with the `period` of F. Parts of the period are those on which conditions (c,) hold, whose
+    ends are breakpoints too. `is_closed` says whether the curves are at the end of a period what
+    they are at its beginning.
     """
 
     @property
@@ -66,12 +103,13 @@ class CycleResponse(Protocol):
     @property
     def events(self) -> tuple[BreakpointEvent, ...]: ...
     @property
-    def count(self) -> int:
-        """Number m of curves."""
-
+    def curves(self) -> AngleFunctions: ...
     @property
-    def is_closed(self) -> bool:
-        """Whether the curves are at the end of a period what they are at its beginning."""
+    def joints(self) -> AngleFunctions: ...
+    @property
+    def is_closed(self) -> bool: ...
+    @property
+    def count(self) -> int: ...
 
     def restart(self) -> None:
         """Forget all designs so far, on which the last digits may depend."""
@@ -79,54 +117,10 @@ class CycleResponse(Protocol):
     def prologue(self, x: Array) -> Any:
         """Return the invariants of the angle at a design x (p,)."""
 
-    def value(self, at: Any, phi: Array) -> Array:
-        """Return F, (m, n)."""
-
-    def ends(self, at: Any, phi: Array) -> tuple[Array, Array]:
-        """Return F and its derivative in phi, (m, n) each, with NaN where one is not finite, as
-        beside a root.
-        """
-
-    def rate(self, at: Any, phi: Array) -> tuple[Array, Array]:
-        """Return F and its derivative in phi, (m, n) each."""
-
-    def rates(self, at: Any, phi: Array) -> tuple[Array, Array]:
-        """Return the first and second derivative of F in phi, (m, n) each."""
-
-    def slopes(self, at: Any, phi: Array) -> tuple[Array, Array]:
-        """Return F, (m, n), and its Jacobian in (phi, x), (m, n, 1 + p)."""
-
-    def hessian(self, at: Any, phi: Array, weights: Array) -> Array:
-        """Return the sum over curves and angles of weights (m, n) times Hessians of F in (phi, x),
-        (1 + p, 1 + p).
-        """
-
-    def hessians(self, at: Any, phi: Array, weights: Array) -> Array:
-        """Return the sum over curves of weights (m, n) times Hessians of F in (phi, x), (n, 1 + p,
-        1 + p).
-        """
-
-    def hessian_along(self, at: Any, phi: Array, weights: Array, velocity: Array) -> Array:
-        """Return the weighted sum of the Hessians in x alone, (p, p), at angles that move with
-        `velocity` (n, p).
-        """
-
     def misses(self, at: Any, phi: Array) -> Array:
         """Return by how much each condition is missed at angles, (c, n), not positive where it
         holds.
         """
-
-    def event_values(self, at: Any, phi: Array) -> tuple[Array, Array]:
-        """Return g of every event and its derivative in phi, (k, n) each."""
-
-    def event_rates(self, at: Any, phi: Array) -> tuple[Array, Array]:
-        """Return the first two derivatives of g of every event in phi, (k, n) each."""
-
-    def event_slopes(self, at: Any, phi: Array) -> Array:
-        """Return the Jacobian of g in (phi, x), (k, n, 1 + p)."""
-
-    def event_hessian(self, at: Any, phi: float, event: int) -> Array:
-        """Return the Hessian of one event's g in (phi, x), (1 + p, 1 + p)."""
 
 
 BREAKPOINT_GRID = 360
@@ -172,14 +166,18 @@ class Breakpoints:
     def _slopes(self) -> Array:
         if not len(self.angles):
             return np.empty((0, 1 + len(self.response.names)))
-        slopes = self.response.event_slopes(self.at, self.angles)[
-            self.events, np.arange(len(self.events))
-        ]
+        joints = self.response.joints
+        slopes = joints.slopes(self.at, self.angles, is_loose=True)[1]
+        slopes = slopes[self.events, np.arange(len(self.events))]
         for k in np.flatnonzero(self.is_touch):
-            slopes[k] = self.response.event_hessian(
-                self.at, float(self.angles[k]), int(self.events[k])
-            )[0]
+            slopes[k] = self._bend(int(k))[0]
         return slopes
+
+    def _bend(self, index: int) -> Array:
+        """Return the Hessian (1 + p, 1 + p) of the function of a breakpoint's event in (phi, x)."""
+        event = self.events[index]
+        weights = np.eye(len(self.response.events))[:, event : event + 1]
+        return self.response.joints.curvature(self.at, self.angles[index : index + 1], weights)
 
     @cached_property
     def velocity(self) -> Array:
@@ -209,10 +207,7 @@ class Breakpoints:
             if self.is_touch[j] or not self.is_regular[j]:
                 continue
             path = np.vstack([self.velocity[j], np.eye(size)])
-            hessian = self.response.event_hessian(
-                self.at, float(self.angles[j]), int(self.events[j])
-            )
-            accelerations[i] = -(path.T @ hessian @ path) / self._slopes[j, 0]
+            accelerations[i] = -(path.T @ self._bend(int(j)) @ path) / self._slopes[j, 0]
         return accelerations
 
 
@@ -221,11 +216,11 @@ def find_breakpoints(response: CycleResponse, at: Any) -> Breakpoints:
     periods = np.array([event.period or np.inf for event in response.events])
     count, sides = round(BREAKPOINT_GRID * response.turn / TURN), len(response.shifts)
     crossings = find_crossings(
-        lambda phi: response.event_values(at, phi),
+        lambda phi: response.joints.derivatives(at, phi, is_loose=True),
         periods,
         count,
         response.turn,
-        lambda phi: response.event_rates(at, phi),
+        lambda phi: response.joints.rates(at, phi, is_loose=True),
     )
     angles = np.append(crossings.angles, crossings.touches)
     events = np.append(crossings.rows, crossings.touch_rows)

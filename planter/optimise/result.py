@@ -30,7 +30,7 @@ MAX_MOVES = 4
 
 def select_nearest_optimum(problem: Problem, u: Array) -> Array:
     """Return the point (p,) nearest to the initial design among the optima connected to u (p,) by
-    flat directions.
+    insensitive directions.
 
     Each move is computed to first order and projected onto the equations. A move is halved while it
     raises the objective by more than rounding or violates a constraint.
@@ -60,13 +60,13 @@ def _is_equal_optimum(problem: Problem, u: Array, optimum: float) -> bool:
 
 
 def _compute_move(problem: Problem, u: Array) -> Array:
-    """Return the move (p,) along the flat directions that leads nearest to the start, with
+    """Return the move (p,) along the insensitive directions that leads nearest to the start, with
     constraints to first order.
 
     Minimises |u + directions' c - start|^2 over the coefficients c (k,) of the directions (k, p),
     within the box.
     """
-    directions = problem.flat(u)
+    directions = problem.null_space(u)
     if not len(directions):
         return np.zeros(len(u))
     below, above = (np.maximum(slack, 0.0) for slack in problem.box.slack(u))
@@ -189,7 +189,7 @@ def build_result(
     """Return the best candidate with its certificate.
 
     Among equal objectives, the point with the smallest residual is selected, and then the point
-    nearest to the initial design along flat directions. Equations are satisfied to rounding. The
+    nearest to the initial design along insensitive directions. Equations are satisfied to rounding. The
     evaluations of this selection do not count. Raises NoFeasiblePointError if no point is feasible.
     """
     judged = problem.anew()

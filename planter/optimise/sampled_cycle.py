@@ -66,15 +66,18 @@ class SampledCycle:
         self.angles = sample_angles(samples, response.period, response.turn)
         self.spacing = response.period / len(self.angles)
 
-    def look(self, x: Array) -> ObjectiveSummary:
+    def summarise(self, x: Array) -> ObjectiveSummary:
         """Return the summary of the objective at a design x (p,)."""
         return summarise_samples(
-            self.total, self.response.value(self.response.prologue(x), self.angles)
+            self.total, self.response.curves.values(self.response.prologue(x), self.angles)
         )
 
     def local(self, x: Array) -> SampledRows:
         """Return all samples near an extreme as rows, without constrained breakpoints."""
-        values, total = self.response.value(self.response.prologue(x), self.angles), self.total
+        values, total = (
+            self.response.curves.values(self.response.prologue(x), self.angles),
+            self.total,
+        )
         tops = summarise_samples(total, values).tops[total.groups]
         reach = INITIAL_ROW_SHARE * np.ptp(values, axis=1)[total.rows]
         signed = total.signs[:, None] * values[total.rows]
@@ -105,7 +108,7 @@ class SampledCycle:
     def conditions(self, x: Array) -> Conditions:
         """Return first-order data at a design x (p,)."""
         at, total = self.response.prologue(x), self.total
-        values, slopes = self.response.slopes(at, self.angles)
+        values, slopes = self.response.curves.slopes(at, self.angles)
         gradients = slopes[:, :, 1:]
         samples = np.array(
             [
@@ -130,9 +133,9 @@ class SampledCycle:
         """Return the gradients (m, k, p) of samples at breakpoints, on side -1 or 1 of these."""
         if not len(samples):
             return np.empty((self.response.count, 0, len(self.response.names)))
-        return self.response.slopes(at, self.angles[samples] + side * 2 * COINCIDENCE_TOLERANCE)[1][
-            :, :, 1:
-        ]
+        return self.response.curves.slopes(
+            at, self.angles[samples] + side * 2 * COINCIDENCE_TOLERANCE
+        )[1][:, :, 1:]
 
 
 def summarise_samples(total: CurveSum, values: Array) -> ObjectiveSummary:
@@ -172,11 +175,11 @@ class SampledRows:
         """Return a copy with exactly these breakpoints constrained."""
         return SampledRows(self.response, self.total, self.angles, self.chosen, holds)
 
-    def look(self, x: Array) -> ObjectiveSummary:
+    def summarise(self, x: Array) -> ObjectiveSummary:
         """Return the summary of the objective at a design x (p,)."""
         return summarise_samples(self.total, self._state(x).values)
 
-    def grown(self, x: Array, tops: Array) -> SampledRows:
+    def extended(self, x: Array, tops: Array) -> SampledRows:
         """Return a copy which also has the samples that exceed the tops (g,) of their groups as
         rows.
         """
@@ -228,11 +231,15 @@ class _SampleState:
     @cached_property
     def values(self) -> Array:
         """Values (m, n), from the slopes if these are known."""
-        return self._both[0] if "_both" in vars(self) else self.response.value(self.at, self.phi)
+        return (
+            self._both[0]
+            if "_both" in vars(self)
+            else self.response.curves.values(self.at, self.phi)
+        )
 
     @cached_property
     def _both(self) -> tuple[Array, Array]:
-        return self.response.slopes(self.at, self.phi)
+        return self.response.curves.slopes(self.at, self.phi)
 
     @property
     def jacobian(self) -> Array:
@@ -264,11 +271,11 @@ class _SampleState:
         """
         fixed = weights.copy()
         fixed[:, self.picked] = 0
-        total: Array = self.response.hessian(self.at, self.phi, fixed)[1:, 1:]
+        total: Array = self.response.curves.curvature(self.at, self.phi, fixed)[1:, 1:]
         if len(self.picked):
             motion = PointMotion(self.velocity[self.pins], self.acceleration[self.pins])
             moved = weights[:, self.picked]
-            second = self.response.hessians(self.at, self.phi[self.picked], moved)
+            second = self.response.curves.curvatures(self.at, self.phi[self.picked], moved)
             slopes = np.einsum("mk,mkp->kp", moved, self.jacobian[:, self.picked])
             total = total + hessians_along(slopes, second, motion).sum(axis=0)
         if len(holds):

@@ -308,13 +308,13 @@ class Device:
 
     def support(self, at: DesignPoint, phi: Array) -> Array:
         """Vertical support force [N], (n,), at carrier angles phi (n,) [rad]."""
-        return self.force.value(at, phi)[0]
+        return self.force.curves.values(at, phi)[0]
 
     def support_slopes(self, at: DesignPoint, phi: Array) -> tuple[Array, Array]:
         """Vertical support force (n,) [N] and its Jacobian in (phi, x), (n, 1 + p) [N/rad, N per SI
         unit of x].
         """
-        values, slopes = self.force.slopes(at, phi)
+        values, slopes = self.force.curves.slopes(at, phi)
         return values[0], slopes[0]
 
 

@@ -29,7 +29,7 @@ def test_joints_are_joints():
     for angle, name in zip(breakpoints.angles, breakpoints.names, strict=True):
         if name.startswith("gear 3") or name == "gear 6, t = pi/m":
             neighbours = np.array([angle - 1e-4, angle - 1e-9, angle + 1e-9, angle + 1e-4])
-            jumps = np.abs(np.diff(response.rate(at, neighbours)[1][0]))
+            jumps = np.abs(np.diff(response.curves.derivatives(at, neighbours)[1][0]))
             bend = max(jumps[[0, 2]]) / 1e-4
             assert jumps[1] > 1000 * bend * 2e-9
 

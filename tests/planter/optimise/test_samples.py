@@ -20,12 +20,12 @@ def test_only_different_samples_are_used(samples, count):
 @pytest.mark.parametrize("samples", [90, 91])
 def test_half_turn_equals_all_samples(samples):
     response = toys.planting()
-    (force,) = response.value(
+    (force,) = response.curves.values(
         response.prologue(response.design), 2 * np.pi * np.arange(samples) / samples
     )
-    look = SampledCycle(response, toys.SUM, samples).look(response.design)
-    assert (look.high, look.low) == pytest.approx((force.max(), force.min()), abs=1e-10)
-    assert (look.mean, look.variance) == pytest.approx((force.mean(), force.var()), rel=1e-11)
+    summary = SampledCycle(response, toys.SUM, samples).summarise(response.design)
+    assert summary.tops == pytest.approx((force.max(), -force.min()), abs=1e-10)
+    assert summary.smooth == pytest.approx(0.4 * force.var(), rel=1e-11)
 
 
 def crossing(side: float) -> tuple[SampledRows, np.ndarray]:

@@ -7,14 +7,17 @@ import numpy as np
 
 from planter.engine.curves import QuantityCurves
 from planter.kernels import Array
+from planter.numerics.statistics import StatisticKind
+from planter.optimise.constraints import Constraints, DesignBox
+from planter.optimise.curve_sum import CurveSide, CurveStatistic, CurveSum
+from planter.optimise.objective import ObjectiveSummary
 from planter.optimise.problem import Problem
-from planter.optimise.range_variance import Sampling, build_range_sum
-from planter.optimise.range_variance import build_range_problem as over_turn
-from planter.optimise.response import BreakpointEvent
-from planter.optimise.variance import Weights
+from planter.optimise.range_variance import CurveSumObjective, Sampling
+from planter.optimise.response import BreakpointEvent, CycleResponse
 from planter.planting.file import load
 from planter.planting.functions import Model
 from planter.planting.model import Device
+from planter.planting.objective import Weights
 from tests.planter.optimise.toy import Toy
 
 RANGE, VARIANCE, PAPER = (
@@ -22,8 +25,35 @@ RANGE, VARIANCE, PAPER = (
     Weights(0.0, 1.0, "paper"),
     Weights(0.6, 0.4, "paper"),
 )
+
+
+def build_range_sum(weights: Weights) -> CurveSum:
+    """Return the weighted range and scatter of one curve."""
+    kind: StatisticKind = "variance" if weights.kind == "paper" else "std"
+    sides = (CurveSide(0, 0, 1), CurveSide(1, 0, -1))
+    scatter = CurveStatistic(kind, 0, weights.weight_variance)
+    return CurveSum((scatter,), sides, np.full(2, weights.weight_range))
+
+
 SUM = build_range_sum(PAPER)
 CORNER = BreakpointEvent("corner", 1, 2 * np.pi)
+
+
+def over_turn(
+    response: CycleResponse,
+    weights: Weights,
+    sampling: Sampling,
+    constraints: Constraints | None = None,
+) -> Problem:
+    """Return the problem of least weighted range and scatter, in shares of the bounds."""
+    box = DesignBox.shares(response.names, response.lower, response.upper, response.design)
+    objective = CurveSumObjective(response, build_range_sum(weights), sampling)
+    return Problem(objective, box, constraints)
+
+
+def find_range(summary: ObjectiveSummary) -> float:
+    """Return the range of the curve: its greatest value, and minus its least, are the rows."""
+    return float(summary.tops.sum())
 
 
 def third_harmonic() -> Toy:

@@ -347,7 +347,7 @@ def test_search_for_any_sum_satisfies_the_requirements(device: Device, goal: str
     free = optimise_machine(replace(built, requirements=None), goal, spec=spec)
     assert required.violation(free.x) > 0.01
     prices = {
-        limit.limit_on: limit.multiplier for limit in optimum.result.certificate.active_limits
+        limit.name: limit.multiplier for limit in optimum.result.certificate.active_constraints
     }
     assert prices
     assert prices.keys() <= {kind.name for kind in required.kinds}
