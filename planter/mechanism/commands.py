@@ -284,7 +284,7 @@ def run_optimise(
 
     spec = SearchSpec(
         sampling=options.samples or machine.sampling,
-        method=options.method or "ipopt",
+        method=options.method or "auto",
         starts=options.starts or DEFAULT_STARTS,
         seed=options.seed,
         genetic=machine.genetic or DEFAULT_GENETIC,

@@ -229,6 +229,10 @@ class Problem:
             min(self.violation(u), MAX_VIOLATION) * self.scale if self.constraints else 0.0
         )
 
+    def merits(self, points: Sequence[Array]) -> Array:
+        """Return the merits (n,) of the points (p,) of a population."""
+        return np.array([self.merit(u) for u in points])
+
     def evaluate(self, u: Array) -> ObjectiveEvaluation:
         """Return the objective at a point u (p,) and count the evaluation."""
         self.counts.objective += 1

@@ -198,7 +198,7 @@ class OptimisationInterrupted(errors.Interrupted):
 
 def search_optimum(
     device: Device,
-    method: Method = "hybrid",
+    method: Method = "auto",
     samples: Sampling = "refined",
     seed: int = 0,
     starts: int | None = None,
@@ -355,7 +355,7 @@ class Optimisation:
 
 def optimise(
     device: Device,
-    method: Method = "hybrid",
+    method: Method = "auto",
     samples: str | None = None,
     seed: int = 0,
     starts: int | None = None,

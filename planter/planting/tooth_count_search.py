@@ -207,7 +207,7 @@ def _cut_stage(
 def optimise_with_tooth_counts(
     device: Device,
     spec: ToothCountSpec | None,
-    method: Method = "hybrid",
+    method: Method = "auto",
     samples: str | None = None,
     seed: int = 0,
     starts: int | None = None,
