@@ -40,8 +40,7 @@ from planter.optimise.joined import JoinedObjective
 from planter.optimise.objective import find_hessian
 from planter.optimise.range_variance import Sampling
 from planter.optimise.response import ONE_SIDED_OFFSET
-from planter.optimise.sampled_cycle import sample_angles as list_angles
-from planter.planting.cycle import compute_statistics, sample_angles
+from planter.optimise.sampled_cycle import sample_angles
 from planter.planting.file import PlantingMachine
 from planter.planting.model import Device
 from planter.planting.results import SampledScore, TrueExtremes
@@ -116,9 +115,10 @@ def evaluate_samples(device: Device, x: Array, samples: int | None = None) -> Sa
     and its parts.
     """
     count = samples or device.machine.objective.samples
-    force = compute_statistics(device.support(device.prologue(x), sample_angles(count)))
-    objective = read_weights(device.machine).value(force.range_N, force.variance_N2)
-    return SampledScore(count, objective, force.range_N, force.variance_N2)
+    force = device.support(device.prologue(x), device.force.machine.list_angles(count))
+    span, variance = float(np.ptp(force)), float(force.var())
+    objective = read_weights(device.machine).value(span, variance)
+    return SampledScore(count, objective, span, variance)
 
 
 def find_curve_angles(device: Device, x: Array) -> Array:
@@ -180,7 +180,7 @@ class CycleObjective:
     @property
     def angles(self) -> Array:
         """The samples [rad] that differ: a half turn of them where both halves are the same."""
-        return list_angles(self.samples, self.device.force.period)
+        return sample_angles(self.samples, self.device.force.period)
 
     def value(self, x: Array) -> float:
         """The objective (31) [-] of a design x (p,) [SI]."""

@@ -56,7 +56,7 @@ def test_points_are_evenly_spaced_in_range(front):
 def test_caps_without_an_optimum_are_left_out(monkeypatch):
     solve = ipopt.solve_program
 
-    def stuck(programme, start, iterations, compiled=None, options=None):
+    def stuck(programme, start, iterations):
         if isinstance(programme, pareto.CappedEpigraph) and programme.g_upper[-1] > stuck.limit:
             return solve(programme, start, 0)
         return solve(programme, start, iterations)
