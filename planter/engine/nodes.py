@@ -26,8 +26,6 @@ from planter.numerics.arrays import Integers, LastCallCache
 from planter.optimise.objective import (
     BreakpointHold,
     Conditions,
-    ModelGradients,
-    ModelValues,
     ObjectiveSummary,
     find_tops,
 )
@@ -301,9 +299,8 @@ class NodeMeasure:
     def summarise(self, x: Array) -> ObjectiveSummary:
         """Return the summary at a design x (p,)."""
         values = self.values(x)
-        return ObjectiveSummary(
-            values.smooth, find_tops(values.rows, self.groups, len(self.weights))
-        )
+        tops = find_tops(values[1:], self.groups, len(self.weights))
+        return ObjectiveSummary(float(values[0]), tops)
 
     def local(self, x: Array, holds: Sequence[BreakpointHold] = ()) -> NodeMeasure:
         """Return the local model near a design x (p,): the measure itself."""
@@ -317,31 +314,31 @@ class NodeMeasure:
         """Return the model, which has all its rows."""
         return self
 
-    def values(self, x: Array) -> ModelValues:
-        """Return the values of the smooth function and the rows at a design x (p,)."""
+    def values(self, x: Array) -> Array:
+        """Return the smooth value, then the rows, (1 + r,), at a design x (p,)."""
         values = self.nodes(x).values[0]
         if self.measure.is_size:
-            return ModelValues(0.0, np.append(values, -values), np.empty(0))
-        return ModelValues(self.measure.weight * float(values[0]), np.empty(0), np.empty(0))
+            return np.concatenate([[0.0], values, -values])
+        return self.measure.weight * values
 
-    def slopes(self, x: Array) -> ModelGradients:
-        """Return the gradients of the smooth function and the rows at a design x (p,)."""
-        slopes, none = self.nodes(x).slopes[0], np.empty((0, len(x)))
+    def slopes(self, x: Array) -> Array:
+        """Return their gradients (1 + r, p) at a design x (p,)."""
+        slopes = self.nodes(x).slopes[0]
         if self.measure.is_size:
-            return ModelGradients(np.zeros(len(x)), np.vstack([slopes, -slopes]), none)
-        return ModelGradients(self.measure.weight * slopes[0], none, none)
+            return np.vstack([np.zeros(len(x)), slopes, -slopes])
+        return self.measure.weight * slopes
 
-    def curvature(self, x: Array, weights: ModelValues) -> Array:
-        """Return the weighted sum (p, p) of the Hessians at a design x (p,)."""
+    def curvature(self, x: Array, weights: Array) -> Array:
+        """Return the sum (p, p) of their Hessians with weights (1 + r,)."""
         if self.measure.is_size:
-            values, opposite = np.split(weights.rows, 2)
+            values, opposite = np.split(weights[1:], 2)
             return self.nodes(x).curvature((values - opposite)[None])
-        return self.nodes(x).curvature(np.array([[weights.smooth * self.measure.weight]]))
+        return self.nodes(x).curvature(weights[None] * self.measure.weight)
 
     def conditions(self, x: Array) -> Conditions:
         """Return first-order data at a design x (p,)."""
         values, slopes = self.values(x), self.slopes(x)
-        return Conditions(values.rows, self.groups, slopes.rows, slopes.smooth, slopes.holds)
+        return Conditions(values[1:], self.groups, slopes[1:], slopes[0], np.empty((0, len(x))))
 
     def columns(self, x: Array) -> Array:
         """Return gradients (n, p) at a design in shares of the bounds, by their largest."""

@@ -18,8 +18,6 @@ from planter.optimise.cycle_panels import CORNER, CyclePanels, PanelCache
 from planter.optimise.objective import (
     NO_GROUPS,
     Conditions,
-    ModelGradients,
-    ModelValues,
     ObjectiveSummary,
 )
 from planter.optimise.response import (
@@ -130,32 +128,26 @@ class ExtremumRows:
         """Return the summary of the objective at a design x (p,)."""
         return self.cycle.summarise(x)
 
-    def values(self, x: Array) -> ModelValues:
-        """Return the values of the smooth function, rows and holds at a design x (p,)."""
+    def values(self, x: Array) -> Array:
+        """Return the smooth value, then the rows, (1 + r,), at a design x (p,)."""
         state = self._state(x)
-        return ModelValues(state.smooth_sum.value, self.signs * state.values, np.empty(0))
+        return np.append(state.smooth_sum.value, self.signs * state.values)
 
-    def slopes(self, x: Array) -> ModelGradients:
-        """Return the gradients of the smooth function, rows and holds at a design x (p,)."""
+    def slopes(self, x: Array) -> Array:
+        """Return their gradients (1 + r, p) at a design x (p,)."""
         state = self._state(x)
         for seen, side in zip(self._seen, self.total.sides, strict=True):
             extremes = state.panels.extremes(side)
             if len(extremes.values) and not side.conditions:
                 seen.append(float(extremes.angles[(side.sign * extremes.values).argmax()]))
         gradients = self.signs[:, None] * state.slopes[1]
-        return ModelGradients(
-            state.panels.gradient(state.smooth_sum), gradients, np.empty((0, len(x)))
-        )
+        return np.vstack([state.panels.gradient(state.smooth_sum), gradients])
 
-    def curvature(self, x: Array, weights: ModelValues) -> Array:
-        """Return the weighted sum (p, p) of the Hessians at a design x (p,)."""
-        state, each = self._state(x), self.signs * weights.rows
-        rows = state.hessian(each)
-        return (
-            rows
-            if weights.smooth == 0
-            else rows + weights.smooth * state.panels.hessian(state.smooth_sum)
-        )
+    def curvature(self, x: Array, weights: Array) -> Array:
+        """Return the sum (p, p) of their Hessians with weights (1 + r,)."""
+        state, smooth = self._state(x), weights[0]
+        rows = state.hessian(self.signs * weights[1:])
+        return rows + smooth * state.panels.hessian(state.smooth_sum) if smooth else rows
 
 
 class _ExtremumState:

@@ -16,8 +16,6 @@ from planter.optimise.objective import (
     NO_ROWS,
     BreakpointHold,
     Conditions,
-    ModelGradients,
-    ModelValues,
     ObjectiveSummary,
 )
 
@@ -64,17 +62,17 @@ class SmoothObjective:
         """Return the model, which has no rows."""
         return self
 
-    def values(self, x: Array) -> ModelValues:
-        """Return the values of the smooth function, rows and holds at a design x (p,)."""
-        return ModelValues(self.function.value(x), NO_ROWS, NO_ROWS)
+    def values(self, x: Array) -> Array:
+        """Return the value (1,) at a design x (p,)."""
+        return np.array([self.function.value(x)])
 
-    def slopes(self, x: Array) -> ModelGradients:
-        """Return the gradients of the smooth function, rows and holds at a design x (p,)."""
-        return ModelGradients(self.function.gradient(x), self._nothing, self._nothing)
+    def slopes(self, x: Array) -> Array:
+        """Return the gradient (1, p) at a design x (p,)."""
+        return self.function.gradient(x)[None]
 
-    def curvature(self, x: Array, weights: ModelValues) -> Array:
-        """Return the weighted sum (p, p) of the Hessians at a design x (p,)."""
-        total: Array = weights.smooth * self.function.hessian(x)
+    def curvature(self, x: Array, weights: Array) -> Array:
+        """Return the Hessian (p, p), times its weight (1,)."""
+        total: Array = weights[0] * self.function.hessian(x)
         return total
 
     def conditions(self, x: Array) -> Conditions:

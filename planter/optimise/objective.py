@@ -31,24 +31,6 @@ class ObjectiveSummary:
 
 
 @dataclass(frozen=True)
-class ModelValues:
-    """Smooth value, rows (r,), and bounded functions (k,); or weights of these."""
-
-    smooth: float
-    rows: Array
-    holds: Array
-
-
-@dataclass(frozen=True)
-class ModelGradients:
-    """Gradients of `ModelValues` in the design: (p,), (r, p), (k, p)."""
-
-    smooth: Array
-    rows: Array
-    holds: Array
-
-
-@dataclass(frozen=True)
 class BreakpointHold:
     """Constraint low <= psi(x) - phi_sample <= high [rad] on a breakpoint psi: a pin if both are 0,
     else a wall.
@@ -65,10 +47,10 @@ class BreakpointHold:
 
 
 class LocalModel(Protocol):
-    """Functions that are smooth near a design, with a fixed set of rows.
+    """Functions that are smooth near a design: the smooth value, a fixed set of rows, and holds.
 
     `groups` (r,) are the groups of the rows, `bounds` (2, k) the lower and upper bounds of the
-    `holds` of the values.
+    holds: there are n = 1 + r + k functions.
     """
 
     @property
@@ -84,14 +66,14 @@ class LocalModel(Protocol):
         (p,).
         """
 
-    def values(self, x: Array) -> ModelValues:
-        """Return the values of the smooth function, rows and holds at a design x (p,)."""
+    def values(self, x: Array) -> Array:
+        """Return the functions (n,) at a design x (p,)."""
 
-    def slopes(self, x: Array) -> ModelGradients:
-        """Return the gradients of the smooth function, rows and holds at a design x (p,)."""
+    def slopes(self, x: Array) -> Array:
+        """Return their gradients (n, p) at a design x (p,)."""
 
-    def curvature(self, x: Array, weights: ModelValues) -> Array:
-        """Return the weighted sum (p, p) of the Hessians of all `values`."""
+    def curvature(self, x: Array, weights: Array) -> Array:
+        """Return the sum (p, p) of their Hessians with weights (n,)."""
 
 
 @dataclass(frozen=True)
@@ -206,8 +188,9 @@ def find_hessian(objective: Objective, x: Array) -> Array:
     there.
     """
     local = objective.local(x)
-    values, weights = local.values(x), np.zeros(len(local.groups))
+    values = local.values(x)
+    weights = np.append(1.0, np.zeros(len(values) - 1))
     for group, weight in enumerate(objective.weights):
-        rows = np.flatnonzero(local.groups == group)
-        weights[rows[values.rows[rows].argmax()]] = weight
-    return local.curvature(x, ModelValues(1.0, weights, np.zeros(len(values.holds))))
+        rows = 1 + np.flatnonzero(local.groups == group)
+        weights[rows[values[rows].argmax()]] = weight
+    return local.curvature(x, weights)

@@ -25,8 +25,6 @@ from planter.optimise.curve_sum import CurveSum, SmoothSum
 from planter.optimise.objective import (
     BreakpointHold,
     Conditions,
-    ModelGradients,
-    ModelValues,
     ObjectiveSummary,
 )
 from planter.optimise.response import (
@@ -187,27 +185,26 @@ class SampledRows:
         chosen = self.chosen | (signed > tops[self.total.groups][:, None])
         return SampledRows(self.response, self.total, self.angles, chosen, self.holds)
 
-    def values(self, x: Array) -> ModelValues:
-        """Return the values of the smooth function, rows and holds at a design x (p,)."""
+    def values(self, x: Array) -> Array:
+        """Return the smooth value, the rows and the holds at a design x (p,)."""
         state = self._state(x)
-        return ModelValues(
-            state.smooth.value, self.signs * state.values[self.curves, self.samples], state.gaps
-        )
+        rows = self.signs * state.values[self.curves, self.samples]
+        return np.concatenate([[state.smooth.value], rows, state.gaps])
 
-    def slopes(self, x: Array) -> ModelGradients:
-        """Return the gradients of the smooth function, rows and holds at a design x (p,)."""
+    def slopes(self, x: Array) -> Array:
+        """Return their gradients (n, p) at a design x (p,)."""
         state = self._state(x)
         rows = self.signs[:, None] * state.gradients[self.curves, self.samples]
-        return ModelGradients(state.smooth.gradient(state.gradients), rows, state.velocity)
+        return np.vstack([state.smooth.gradient(state.gradients), rows, state.velocity])
 
-    def curvature(self, x: Array, weights: ModelValues) -> Array:
-        """Return the weighted sum (p, p) of the Hessians at a design x (p,)."""
+    def curvature(self, x: Array, weights: Array) -> Array:
+        """Return the sum (p, p) of their Hessians with weights (n,)."""
         state = self._state(x)
-        each = weights.smooth * state.smooth.slope
-        np.add.at(each, (self.curves, self.samples), self.signs * weights.rows)
-        return weights.smooth * state.smooth.squared(state.gradients) + state.hessian(
-            each, weights.holds
-        )
+        smooth, (rows, holds) = weights[0], np.split(weights[1:], [len(self.signs)])
+        each = smooth * state.smooth.slope
+        np.add.at(each, (self.curves, self.samples), self.signs * rows)
+        squared = smooth * state.smooth.squared(state.gradients)
+        return squared + state.hessian(each, holds)
 
 
 class _SampleState:

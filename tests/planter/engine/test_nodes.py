@@ -3,6 +3,7 @@ differences.
 """
 
 from functools import cache
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ from planter.engine.nodes import ExtremumNode, FixedNodes, JumpNodes, Nodes
 from planter.engine.summary import summarise_machine
 from planter.errors import ComputationError
 from planter.mechanism.machines import build_machine
+from tests.planter.optimise.toys import check_derivatives
 from tests.support import own
 
 NAMES = ("s", "F_Ox")
@@ -37,24 +39,14 @@ NODES = {
 def test_derivatives_are_those_of_differences(build: object) -> None:
     nodes: Nodes = build()  # type: ignore[operator]
     x = machine().design
-    first = nodes(x)
-    rng = np.random.default_rng(7)
-    weights = rng.normal(size=first.values.shape)
-
-    def value(y: np.ndarray) -> float:
-        return float((weights * nodes.evaluate(y).values).sum())
-
-    def gradient(y: np.ndarray) -> np.ndarray:
-        return np.asarray(np.einsum("mn,mnp->p", weights, nodes.evaluate(y).slopes))
-
-    steps = np.diag(2e-6 * np.maximum(np.abs(x), 1e-2))
-    slopes = [(value(x + step) - value(x - step)) / (2 * step.sum()) for step in steps]
-    np.testing.assert_allclose(gradient(x), slopes, rtol=1e-6, atol=1e-6 * np.abs(slopes).max())
-    second = np.array(
-        [(gradient(x + step) - gradient(x - step)) / (2 * step.sum()) for step in steps]
+    shape = nodes(x).values.shape
+    rows = SimpleNamespace(
+        values=lambda y: nodes.evaluate(y).values.ravel(),
+        slopes=lambda y: nodes.evaluate(y).slopes.reshape(-1, len(x)),
+        curvature=lambda y, weights: nodes.evaluate(y).curvature(weights.reshape(shape)),
     )
-    hessian = first.curvature(weights)
-    np.testing.assert_allclose(hessian, second, rtol=1e-5, atol=1e-6 * np.abs(second).max())
+    weights = np.random.default_rng(7).normal(size=np.prod(shape))
+    check_derivatives(rows, x, weights, np.maximum(np.abs(x), 1e-2), 2e-6, (1e-6, 1e-5))
 
 
 def test_extremum_equals_dense_grid() -> None:

@@ -1,9 +1,11 @@
 """Toy responses with known optima, and the built-in machine with a short genetic search."""
 
 from functools import cache
+from typing import Any
 
 import casadi as ca
 import numpy as np
+import pytest
 
 from planter.engine.curves import QuantityCurves
 from planter.kernels import Array
@@ -134,3 +136,26 @@ def difference(function, x: Array, step: Array | float) -> Array:  # type: ignor
         [(function(x + s) - function(x - s)) / (2 * k) for s, k in zip(steps, h, strict=True)],
         axis=-1,
     )
+
+
+def check_derivatives(
+    rows: Any,
+    x: Array,
+    weights: Array,
+    width: Array,
+    step: float = 1e-5,
+    tolerances: tuple[float, float] = (1e-7, 1e-6),
+) -> None:
+    """Compare gradient and Hessian of weighted `values` (k,) with central differences over steps, in
+    shares of a width (p,).
+    """
+
+    def weigh_slopes(y: Array) -> Array:
+        return weights @ rows.slopes(y)
+
+    gradient = weigh_slopes(x) * width
+    first = difference(lambda y: weights @ rows.values(y), x, step * width) * width
+    assert gradient == pytest.approx(first, abs=tolerances[0] * np.abs(gradient).max())
+    second = difference(weigh_slopes, x, step * width) * np.outer(width, width)
+    bent = rows.curvature(x, weights) * np.outer(width, width)
+    assert bent == pytest.approx(second, abs=tolerances[1] * np.abs(second).max())

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from planter.errors import InputError
 from planter.engine import front
+from planter.errors import InputError
 from planter.planting.design_presentation import (
     present_optimum,
     present_sensitivity,
