@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from functools import cached_property
 
 import numpy as np
+import scipy
 
 from planter.kernels import Array
 from planter.numerics.arrays import Flags, Integers, LastCallCache, wrap_angle
@@ -69,6 +70,15 @@ class ContinuousCycle:
             gradients.append(
                 side.sign * panels.row_slopes(curve, extremes.angles, extremes.joint)[1]
             )
+        for jump in total.jumps:
+            angles, values, joint, _ = _jump_rows(
+                panels, CurveSide(jump.group, jump.row, 1), _find_jumps(panels)
+            )
+            combine = _subtract_sides(len(angles) // 2)
+            rows.append(combine @ values)
+            groups.append(np.full(len(combine), jump.group))
+            curve = np.full(len(angles), jump.row)
+            gradients.append(combine @ panels.row_slopes(curve, angles, joint)[1])
         return Conditions(
             np.concatenate(rows),
             np.concatenate(groups),
@@ -87,7 +97,8 @@ class ExtremumRows:
     one window give its row a kink where they change places: `fixed` are for each side the angles of
     further rows, smooth ones, which keep both in sight until each has its own window, and those
     near an extreme, among which another would be born. A side of a part of the period has the
-    largest of its values in place of those beyond it.
+    largest of its values in place of those beyond it. Rows are linear in the values at points: a
+    jump is the difference of both sides of one.
     """
 
     def __init__(
@@ -107,10 +118,15 @@ class ExtremumRows:
             len(edges) + len(fixed) + jumps
             for edges, fixed in zip(self.edges, self.fixed, strict=True)
         ]
-        self.sides = np.repeat(np.arange(len(sides)), counts)
-        self.groups, self.curves = self.total.groups[self.sides], self.total.rows[self.sides]
-        self.signs = self.total.signs[self.sides]
-        self.bounds = np.empty((2, 0))
+        chosen, angles = np.repeat(np.arange(len(sides)), counts), _find_jumps(panels)
+        blocks = [np.diag(self.total.signs[chosen])]
+        blocks += [_subtract_sides(len(angles))] * len(self.total.jumps)
+        self.combine: Array = scipy.linalg.block_diag(*blocks)
+        of_jumps = [(jump.group, jump.row) for jump in self.total.jumps]
+        pairs = np.array(of_jumps, dtype=np.int64).reshape(-1, 2).repeat(2 * len(angles), axis=0)
+        self.groups = np.append(self.total.groups[chosen], pairs[:, 0])
+        self.curves = np.append(self.total.rows[chosen], pairs[:, 1])
+        self.jump_angles, self.bounds = angles, np.empty((2, 0))
         self._seen: list[list[float]] = [[] for _ in sides]
         self._state = LastCallCache(lambda x: _ExtremumState(self, x))
 
@@ -131,7 +147,7 @@ class ExtremumRows:
     def values(self, x: Array) -> Array:
         """Return the smooth value, then the rows, (1 + r,), at a design x (p,)."""
         state = self._state(x)
-        return np.append(state.smooth_sum.value, self.signs * state.values)
+        return np.append(state.smooth_sum.value, self.combine @ state.values)
 
     def slopes(self, x: Array) -> Array:
         """Return their gradients (1 + r, p) at a design x (p,)."""
@@ -140,13 +156,12 @@ class ExtremumRows:
             extremes = state.panels.extremes(side)
             if len(extremes.values) and not side.conditions:
                 seen.append(float(extremes.angles[(side.sign * extremes.values).argmax()]))
-        gradients = self.signs[:, None] * state.slopes[1]
-        return np.vstack([state.panels.gradient(state.smooth_sum), gradients])
+        return np.vstack([state.panels.gradient(state.smooth_sum), self.combine @ state.slopes[1]])
 
     def curvature(self, x: Array, weights: Array) -> Array:
         """Return the sum (p, p) of their Hessians with weights (1 + r,)."""
         state, smooth = self._state(x), weights[0]
-        rows = state.hessian(self.signs * weights[1:])
+        rows = state.hessian(weights[1:] @ self.combine)
         return rows + smooth * state.panels.hessian(state.smooth_sum) if smooth else rows
 
 
@@ -167,6 +182,9 @@ class _ExtremumState:
             if len(rows.jumps):
                 points.append(_jump_rows(self.panels, side, rows.jumps))
             picked += points
+        for jump in rows.total.jumps:
+            side = CurveSide(jump.group, jump.row, 1)
+            picked.append(_jump_rows(self.panels, side, rows.jump_angles))
         self.angles, self.values, self.joint, self.smooth = (
             np.concatenate(part) for part in zip(*picked, strict=True)
         )
@@ -305,6 +323,19 @@ def _top_rows(panels: CyclePanels, side: CurveSide, count: int) -> _Points:
         extremes.joint[chosen],
         extremes.smooth[chosen],
     )
+
+
+def _find_jumps(panels: CyclePanels) -> Array:
+    """Return the angles (k,) at which curves may jump, one that does not matter without any."""
+    return panels.breaks[panels.jumps] if len(panels.jumps) else np.zeros(1)
+
+
+def _subtract_sides(count: int) -> Array:
+    """Return the matrix (2 count, 2 count) from values before and after jumps to these, of either
+    sign.
+    """
+    eye = np.eye(count)
+    return np.block([[-eye, eye], [eye, -eye]])
 
 
 def _jump_rows(panels: CyclePanels, side: CurveSide, angles: Array) -> _Points:

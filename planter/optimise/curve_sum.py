@@ -43,12 +43,23 @@ class CurveSide:
 
 
 @dataclass(frozen=True)
+class CurveJump:
+    """The greatest size of a jump of a curve, which is a group."""
+
+    group: int
+    row: int
+
+
+@dataclass(frozen=True)
 class CurveSum:
-    """Statistics of curves, and weights (g,) of the groups that the largest of some sides are."""
+    """Statistics of curves, and weights (g,) of the groups that the largest of some sides, and of
+    jumps, are.
+    """
 
     statistics: tuple[CurveStatistic, ...]
     sides: tuple[CurveSide, ...]
     weights: Array
+    jumps: tuple[CurveJump, ...] = ()
 
     @cached_property
     def groups(self) -> Integers:
@@ -66,8 +77,9 @@ class CurveSum:
         return np.array([float(side.sign) for side in self.sides])
 
     def summarise(self, smooth: SmoothSum, tops: Array) -> ObjectiveSummary:
-        """Return the summary of largest values (s,) of the sides."""
-        return ObjectiveSummary(smooth.value, find_tops(tops, self.groups, len(self.weights)))
+        """Return the summary of largest values of the sides, then of the jumps."""
+        groups = np.append(self.groups, [jump.group for jump in self.jumps]).astype(np.int64)
+        return ObjectiveSummary(smooth.value, find_tops(tops, groups, len(self.weights)))
 
 
 class SmoothSum:

@@ -490,7 +490,11 @@ class CyclePanels:
 
     def summarise(self, total: CurveSum, smooth: SmoothSum) -> ObjectiveSummary:
         """Return the summary of a sum."""
-        return total.summarise(smooth, np.array([self.top(side) for side in total.sides]))
+        tops = [self.top(side) for side in total.sides]
+        for jump in total.jumps:
+            before, after = np.split(self.sides[jump.row], 2)
+            tops.append(float(np.abs(after - before).max(initial=0.0)))
+        return total.summarise(smooth, np.array(tops))
 
     def row_slopes(
         self, rows: Integers, angles: Array, joint: Integers

@@ -161,14 +161,9 @@ class CurveSumObjective:
     @cached_property
     def units(self) -> Array:
         """Spread (g,) of the curve of each group at the initial design, else its size."""
-        response, total = self.response, self.total
-        units = find_spreads(response)
-        return np.array(
-            [
-                units[total.rows[np.flatnonzero(total.groups == g)[0]]]
-                for g in range(len(self.weights))
-            ]
-        )
+        rows = {side.group: side.row for side in self.total.sides}
+        rows |= {jump.group: jump.row for jump in self.total.jumps}
+        return find_spreads(self.response)[[rows[group] for group in range(len(self.weights))]]
 
     @cached_property
     def sensitive(self) -> Flags:
@@ -192,6 +187,8 @@ class CurveSumObjective:
         conditions = [part.conditions for part in self.total.statistics] + [
             side.conditions for side in self.total.sides
         ]
+        if self.total.jumps:  # which are rows of few places, none of them samples
+            return self.local(x)
         if self.sampling != "refined" or any(conditions):
             return None
         cycle = SampledCycle(self.response, self.total, COARSE)
