@@ -23,12 +23,12 @@ CLOSED = 1e-6
 
 
 class QuantityCurves:
-    """Quantities F(phi, x), (m,), of a machine, in SI, with its events as joints: an
+    """Quantities F(phi, x), (m,), of a machine, in SI, with its events as breakpoints: an
     `optimise.response.CycleResponse`.
 
     After them stand the powers `worked`, divided by the speed: their integral over the angle is a
-    work. The order of a joint is that of the machine's forces: a quantity may be smoother there.
-    Where a condition begins or ceases to hold is a joint, too.
+    work. The order of a breakpoint is that of the machine's forces: a quantity may be smoother there.
+    Where a condition begins or ceases to hold is a breakpoint, too, and so is a zero of `squares`.
     """
 
     def __init__(
@@ -37,6 +37,7 @@ class QuantityCurves:
         names: Sequence[str],
         conditions: Sequence[MeasureCondition] = (),
         worked: Sequence[str] = (),
+        squares: Sequence[tuple[Quantity, ca.SX]] = (),
     ) -> None:
         """Raises InputError if the machine has no quantity of one of the names."""
         self.machine, self.conditions = machine, tuple(conditions)
@@ -46,8 +47,11 @@ class QuantityCurves:
         self.response, self.quantities = self.curves, self.curves.quantities
         self.names, self.lower, self.upper = machine.design_names, machine.lower, machine.upper
         self._levels = [_build_levels(machine, condition) for condition in self.conditions]
+        self._squares = tuple(squares)
+        zeros = [BreakpointEvent(f"zero of {quantity.name}", 1, None) for quantity, _ in squares]
         ends = [level.name for levels in self._levels for level, _ in levels]
-        self.events = (*_list_events(machine), *(BreakpointEvent(name, 0, None) for name in ends))
+        levels = [BreakpointEvent(name, 0, None) for name in ends]
+        self.events = (*_list_events(machine), *zeros, *levels)
 
     @property
     def design(self) -> Array:
@@ -72,7 +76,7 @@ class QuantityCurves:
 
     @property
     def shifts(self) -> tuple[float, ...]:
-        """Angles [rad] by which the joints of each side come before those of the first."""
+        """Angles [rad] by which the breakpoints of each side come before those of the first."""
         return self.machine.offsets if self.period == self.machine.turn else (0.0,)
 
     @cached_property
@@ -114,15 +118,15 @@ class QuantityCurves:
     def restart(self) -> None:
         """Forget all designs so far: what follows does not depend on them, to the last digit."""
         self.response.restart()
-        self.joints.restart()
+        self.event_functions.restart()
 
     @cached_property
-    def joints(self) -> MachineResponse:
+    def event_functions(self) -> MachineResponse:
         """Functions of the angle whose zeros, or whole multiples of a period, are the events."""
-        levels = [level for levels in self._levels for level in levels]
-        joints = MachineResponse(self.machine, (), with_events=True, more=levels)
-        joints.is_compiled = self.is_compiled
-        return joints
+        levels = [*self._squares, *(level for levels in self._levels for level in levels)]
+        functions = MachineResponse(self.machine, (), with_events=True, more=levels)
+        functions.is_compiled = self.is_compiled
+        return functions
 
     def misses(self, at: DesignPoint, phi: Array) -> Array:
         """Return by how much each condition is missed at angles in SI, (c, n), not positive where
@@ -130,7 +134,7 @@ class QuantityCurves:
         """
         if not self.conditions:
             return np.empty((0, len(phi)))
-        rows = self.joints.values(at, phi)[-sum(map(len, self._levels)) :]
+        rows = self.event_functions.values(at, phi)[-sum(map(len, self._levels)) :]
         misses, first = [], 0
         for condition, levels in zip(self.conditions, self._levels, strict=True):
             beyond, *below = rows[first : first + len(levels)]
@@ -143,7 +147,7 @@ class QuantityCurves:
         extremes and integrals.
 
         The Hessian takes longest: it is compiled in the background, and not for the few times that
-        a search over true extremes needs it. What joints need is compiled at its first use.
+        a search over true extremes needs it. What breakpoints need is compiled at its first use.
         """
         response = self.response
         if not refined:
@@ -154,7 +158,7 @@ class QuantityCurves:
             response.derivatives_kernel.compile()
             response.rates_kernel.compile()
         self.is_compiled = True
-        vars(self).pop("joints", None)
+        vars(self).pop("event_functions", None)
 
 
 def _list_events(machine: Machine) -> list[BreakpointEvent]:

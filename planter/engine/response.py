@@ -21,7 +21,6 @@ from planter.errors import ComputationError, NotFiniteError
 from planter.kernels import Array, Kernel
 from planter.numerics.arrays import Flags, Integers
 from planter.numerics.piecewise import ONE_SIDED_OFFSET
-from planter.numerics.roots import Crossings, find_crossings
 from planter.progress import name_step
 
 INPUTS = ("phi", "d", "h", "q")
@@ -46,7 +45,7 @@ class MachineResponse:
     in SI units.
 
     After them stand the derivatives in phi of the quantities that `rates` names, then,
-    `with_events`, the functions whose zeros are the machine's switching points, then `more`
+    `with_events`, the functions whose zeros are the machine's breakpoints, then `more`
     quantities, by their graphs in the machine's symbols.
     """
 
@@ -520,77 +519,3 @@ def _differentiate(rows: ca.SX, angle: ca.SX) -> ca.SX:
     fewer operations.
     """
     return ca.densify(ca.gradient(rows, angle) if rows.numel() == 1 else ca.jacobian(rows, angle))
-
-
-@dataclass(frozen=True)
-class Switching:
-    """An event of a side, the first of which is 1, at an angle of the first cycle [rad]."""
-
-    name: str
-    side: int
-    angle: float
-
-
-class Switchings:
-    """The events of a machine over designs, and zeros of `more` quantities, by their graphs in the
-    machine's symbols.
-
-    More than two of one event that lie within a step of the scan are missed.
-    """
-
-    def __init__(
-        self, machine: Machine, count: int, more: Sequence[tuple[Quantity, ca.SX]] = ()
-    ) -> None:
-        """Scan `count` steps of a cycle."""
-        self.machine, self.response = (
-            machine,
-            MachineResponse(machine, (), with_events=True, more=more),
-        )
-        size = len(self.response.quantities) - len(more)
-        kinds = machine.event_kinds or tuple({"name": f"event {i + 1}"} for i in range(size))
-        self.kinds = (
-            *kinds,
-            *({"name": f"zero of {quantity.name}", "order": 1} for quantity, _ in more),
-        )
-        self.periods = np.array([kind.get("period") or np.inf for kind in self.kinds])
-        self.count = count
-
-    def find(self, point: DesignPoint) -> tuple[Array, Integers]:
-        """Return the angles (s,) at which events of the first side happen, in order, and the rows
-        of these.
-        """
-        crossings = self.find_crossings(point)
-        return crossings.angles, crossings.rows
-
-    def find_crossings(self, point: DesignPoint) -> Crossings:
-        """Return the events of the first side, and where one nearly happens, or happens twice at
-        one angle.
-        """
-        if not len(self.periods):
-            none = np.empty(0), np.empty(0, dtype=np.int64)
-            return Crossings(*none, *none)
-        response = self.response
-        return find_crossings(
-            lambda phi: response.derivatives(point, phi, is_loose=True),
-            self.periods,
-            self.count,
-            self.machine.turn,
-            lambda phi: response.rates(point, phi, is_loose=True),
-        )
-
-    def find_all(self, point: DesignPoint) -> tuple[list[Switching], Array]:
-        """Return the events of all sides, by their angles, and the angles where functions of events
-        touch zero.
-        """
-        crossings = self.find_crossings(point)
-        switchings = [
-            Switching(
-                str(self.kinds[row]["name"]), side, float(np.mod(angle - offset, self.machine.turn))
-            )
-            for side, offset in enumerate(self.machine.offsets, 1)
-            for angle, row in zip(crossings.angles, crossings.rows, strict=True)
-        ]
-        touches = np.mod(
-            np.subtract.outer(crossings.touches, self.machine.offsets), self.machine.turn
-        ).ravel()
-        return sorted(switchings, key=lambda switching: switching.angle), touches

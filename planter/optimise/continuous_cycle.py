@@ -68,17 +68,17 @@ class ContinuousCycle:
             groups.append(np.full(count, side.group))
             curve = np.full(count, side.row)
             gradients.append(
-                side.sign * panels.row_slopes(curve, extremes.angles, extremes.joint)[1]
+                side.sign * panels.row_slopes(curve, extremes.angles, extremes.breakpoint)[1]
             )
         for jump in total.jumps:
-            angles, values, joint, _ = _jump_rows(
+            angles, values, breakpoint, _ = _jump_rows(
                 panels, CurveSide(jump.group, jump.row, 1), _find_jumps(panels)
             )
             combine = _subtract_sides(len(angles) // 2)
             rows.append(combine @ values)
             groups.append(np.full(len(combine), jump.group))
             curve = np.full(len(angles), jump.row)
-            gradients.append(combine @ panels.row_slopes(curve, angles, joint)[1])
+            gradients.append(combine @ panels.row_slopes(curve, angles, breakpoint)[1])
         return Conditions(
             np.concatenate(rows),
             np.concatenate(groups),
@@ -166,7 +166,7 @@ class ExtremumRows:
 
 
 class _ExtremumState:
-    """All rows at one design: angle, value, joint or -1, and whether it is a smooth peak, which
+    """All rows at one design: angle, value, breakpoint or -1, and whether it is a smooth peak, which
     moves on its own.
     """
 
@@ -185,13 +185,13 @@ class _ExtremumState:
         for jump in rows.total.jumps:
             side = CurveSide(jump.group, jump.row, 1)
             picked.append(_jump_rows(self.panels, side, rows.jump_angles))
-        self.angles, self.values, self.joint, self.smooth = (
+        self.angles, self.values, self.breakpoint, self.smooth = (
             np.concatenate(part) for part in zip(*picked, strict=True)
         )
 
     @cached_property
     def slopes(self) -> tuple[Array, Array, Array, Array]:
-        return self.panels.row_slopes(self.curves, self.angles, self.joint)
+        return self.panels.row_slopes(self.curves, self.angles, self.breakpoint)
 
     def hessian(self, weights: Array) -> Array:
         """Return the sum (p, p) of the Hessians of the curves at the points, with weights (k,)."""
@@ -207,14 +207,16 @@ class _ExtremumState:
         return bent
 
     def _motion(self, second: Array, selected: Integers) -> PointMotion:
-        panels, joint, smooth = self.panels, self.joint[selected], self.smooth[selected]
-        motion = fixed_motion(len(joint), second.shape[1] - 1)
+        panels, breakpoint, smooth = self.panels, self.breakpoint[selected], self.smooth[selected]
+        motion = fixed_motion(len(breakpoint), second.shape[1] - 1)
         motion.velocity[:] = self.slopes[3][selected]
         motion.velocity[smooth] = peak_velocity(second[smooth])
-        at_joint = joint >= 0
-        if at_joint.any():
-            motion.acceleration[at_joint] = panels.joints.acceleration(joint[at_joint])
-        corner = np.flatnonzero(joint == CORNER)
+        at_breakpoint = breakpoint >= 0
+        if at_breakpoint.any():
+            motion.acceleration[at_breakpoint] = panels.breakpoints.acceleration(
+                breakpoint[at_breakpoint]
+            )
+        corner = np.flatnonzero(breakpoint == CORNER)
         if len(corner):
             motion.acceleration[corner] = self._bend_corners(selected[corner], second[corner])
         return motion
@@ -239,7 +241,7 @@ class _ExtremumState:
 
 
 _Points = tuple[Array, Array, Integers, Flags]
-"""Points of rows: angles, values, joints or -1, whether they are smooth peaks."""
+"""Points of rows: angles, values, breakpoints or -1, whether they are smooth peaks."""
 _NO_POINTS: _Points = np.empty(0), np.empty(0), np.empty(0, dtype=np.int64), np.empty(0, dtype=bool)
 
 
@@ -294,20 +296,20 @@ def _select_window_rows(panels: CyclePanels, side: CurveSide, edges: Array) -> _
     extremes = panels.extremes(side)
     inside = np.flatnonzero((extremes.peaks == (side.sign > 0)) & ~extremes.beside_jump)
     window = np.searchsorted(edges, extremes.angles[inside]) % max(len(edges), 1)
-    angles, values, joint, smooth = (
+    angles, values, breakpoint, smooth = (
         _top_rows(panels, side, len(edges)) if side.conditions else _fixed_rows(panels, side, edges)
     )
     taken = np.zeros(len(edges), dtype=bool)
     for i, w in zip(inside, window, strict=True):
         is_first = bool(side.conditions) and not taken[w]
         if is_first or side.sign * extremes.values[i] > side.sign * values[w]:
-            angles[w], values[w], joint[w] = (
+            angles[w], values[w], breakpoint[w] = (
                 extremes.angles[i],
                 extremes.values[i],
-                extremes.joint[i],
+                extremes.breakpoint[i],
             )
             smooth[w], taken[w] = extremes.smooth[i], True
-    return angles, values, joint, smooth
+    return angles, values, breakpoint, smooth
 
 
 def _top_rows(panels: CyclePanels, side: CurveSide, count: int) -> _Points:
@@ -320,7 +322,7 @@ def _top_rows(panels: CyclePanels, side: CurveSide, count: int) -> _Points:
     return (
         extremes.angles[chosen],
         extremes.values[chosen],
-        extremes.joint[chosen],
+        extremes.breakpoint[chosen],
         extremes.smooth[chosen],
     )
 
@@ -353,8 +355,8 @@ def _jump_rows(panels: CyclePanels, side: CurveSide, angles: Array) -> _Points:
     places = panels.breaks[panels.jumps][nearest]
     places = panels.fold(np.concatenate([places - ONE_SIDED_OFFSET, places + ONE_SIDED_OFFSET]))
     values = panels.sides[side.row].reshape(2, -1)[:, nearest].ravel()
-    joints = np.tile(panels.order[panels.jumps][nearest], 2)
-    points = places, values, joints, np.zeros(len(places), dtype=bool)
+    breakpoints = np.tile(panels.order[panels.jumps][nearest], 2)
+    points = places, values, breakpoints, np.zeros(len(places), dtype=bool)
     if not side.conditions:
         return points
     count = len(panels.breaks) - 1

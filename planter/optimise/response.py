@@ -79,8 +79,8 @@ class AngleFunctions(Protocol):
 class CycleResponse(Protocol):
     """Curves F(phi, x), (m,), periodic in phi with `period` [rad]; designs x are (p,), angles (n,).
 
-    The result of `prologue` is the argument `at` of the functions. The k-th of the `joints` is that
-    of the k-th event, whose breakpoints lie at angles in [0, turn), less each of the `shifts`, and
+    The result of `prologue` is the argument `at` of the functions. The k-th of the `event_functions` is
+    that of the k-th event, whose breakpoints lie at angles in [0, turn), less each of the `shifts`, and
     recur with the `period` of F. Parts of the period are those on which conditions (c,) hold, whose
     ends are breakpoints too. `is_closed` says whether the curves are at the end of a period what
     they are at its beginning.
@@ -105,7 +105,7 @@ class CycleResponse(Protocol):
     @property
     def curves(self) -> AngleFunctions: ...
     @property
-    def joints(self) -> AngleFunctions: ...
+    def event_functions(self) -> AngleFunctions: ...
     @property
     def is_closed(self) -> bool: ...
     @property
@@ -132,11 +132,21 @@ ONE_SIDED_OFFSET = 1e-9
 
 
 @dataclass(frozen=True)
+class BreakpointPosition:
+    """A breakpoint of one side, the first of which is 1, at its angle of a turn [rad]."""
+
+    name: str
+    side: int
+    angle: float
+    is_touch: bool
+
+
+@dataclass(frozen=True)
 class Breakpoints:
     """Breakpoints at a design: `angles` (m,) of side 1 in [0, turn) [rad], `events` (m,) index of
     the event.
 
-    They lie at these angles less the `shifts` (m,) of a side. `is_touch` (m,) marks those at which
+    They lie at these angles less the shift of a side, one of `sides` (m,). `is_touch` (m,) marks those at which
     the function of an event comes to zero and turns round: there its derivative vanishes, by which
     the breakpoint moves.
     """
@@ -145,7 +155,7 @@ class Breakpoints:
     at: Any
     angles: Array
     events: Integers
-    shifts: Array
+    sides: Integers
     is_touch: Flags
 
     @property
@@ -160,14 +170,34 @@ class Breakpoints:
     @property
     def folded(self) -> Array:
         """Angles modulo the period of the curve [rad], (m,)."""
-        return np.mod(self.angles - self.shifts, self.response.period)
+        return np.mod(self._shifted, self.response.period)
+
+    @property
+    def _shifted(self) -> Array:
+        shifted: Array = self.angles - np.array(self.response.shifts)[self.sides]
+        return shifted
+
+    def list_positions(self) -> list[BreakpointPosition]:
+        """Return the breakpoints of all sides over a turn, sorted by angle; those of a total recur
+        with its period.
+        """
+        turn, period = self.response.turn, self.response.period
+        positions = [
+            BreakpointPosition(
+                name, side + k + 1, float(np.mod(angle + k * period, turn)), is_touch
+            )
+            for k in range(round(turn / period))
+            for name, side, angle, is_touch in zip(
+                self.names, self.sides.tolist(), self._shifted, self.is_touch.tolist(), strict=True
+            )
+        ]
+        return sorted(positions, key=lambda position: position.angle)
 
     @cached_property
     def _slopes(self) -> Array:
         if not len(self.angles):
             return np.empty((0, 1 + len(self.response.names)))
-        joints = self.response.joints
-        slopes = joints.slopes(self.at, self.angles, is_loose=True)[1]
+        slopes = self.response.event_functions.slopes(self.at, self.angles, is_loose=True)[1]
         slopes = slopes[self.events, np.arange(len(self.events))]
         for k in np.flatnonzero(self.is_touch):
             slopes[k] = self._bend(int(k))[0]
@@ -177,7 +207,9 @@ class Breakpoints:
         """Return the Hessian (1 + p, 1 + p) of the function of a breakpoint's event in (phi, x)."""
         event = self.events[index]
         weights = np.eye(len(self.response.events))[:, event : event + 1]
-        return self.response.joints.curvature(self.at, self.angles[index : index + 1], weights)
+        return self.response.event_functions.curvature(
+            self.at, self.angles[index : index + 1], weights
+        )
 
     @cached_property
     def velocity(self) -> Array:
@@ -216,11 +248,11 @@ def find_breakpoints(response: CycleResponse, at: Any) -> Breakpoints:
     periods = np.array([event.period or np.inf for event in response.events])
     count, sides = round(BREAKPOINT_GRID * response.turn / TURN), len(response.shifts)
     crossings = find_crossings(
-        lambda phi: response.joints.derivatives(at, phi, is_loose=True),
+        lambda phi: response.event_functions.derivatives(at, phi, is_loose=True),
         periods,
         count,
         response.turn,
-        lambda phi: response.joints.rates(at, phi, is_loose=True),
+        lambda phi: response.event_functions.rates(at, phi, is_loose=True),
     )
     angles = np.append(crossings.angles, crossings.touches)
     events = np.append(crossings.rows, crossings.touch_rows)
@@ -230,48 +262,14 @@ def find_breakpoints(response: CycleResponse, at: Any) -> Breakpoints:
         at,
         np.tile(angles, sides),
         np.tile(events, sides),
-        np.repeat(response.shifts, len(angles)),
+        np.repeat(np.arange(sides), len(angles)),
         np.tile(is_touch, sides),
     )
 
 
-@dataclass(frozen=True)
-class BreakpointPosition:
-    """A breakpoint of one side: its angle in [0, 2 pi) [rad] and the derivative of the angle in the
-    design, (p,).
-    """
-
-    name: str
-    side: int
-    order: int
-    angle: float
-    velocity: Array
-
-
 def list_breakpoints(response: CycleResponse, at: Any) -> list[BreakpointPosition]:
-    """Return the breakpoints of all sides over a cycle, sorted by angle; each side follows the last
-    by one period.
-    """
-    breakpoints = find_breakpoints(response, at)
-    sides = round(response.turn / response.period)
-    positions = [
-        BreakpointPosition(
-            name,
-            side,
-            int(order),
-            float(np.mod(angle + (side - 1) * response.period, response.turn)),
-            velocity,
-        )
-        for side in range(1, sides + 1)
-        for name, order, angle, velocity in zip(
-            breakpoints.names,
-            breakpoints.orders,
-            breakpoints.angles,
-            breakpoints.velocity,
-            strict=True,
-        )
-    ]
-    return sorted(positions, key=lambda position: position.angle)
+    """Return the breakpoints of all sides over a turn at a design, given its invariants."""
+    return find_breakpoints(response, at).list_positions()
 
 
 @dataclass(frozen=True)

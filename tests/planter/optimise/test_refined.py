@@ -58,7 +58,7 @@ def test_a_corner_is_a_peak_where_the_slope_changes_sign():
     toy = toys.corner(height=-4.0)
     extremes = CyclePanels(toy, np.array([0.2])).extremes(CurveSide(0, 0, 1))
     top = extremes.values.argmax()
-    assert (extremes.angles[top], extremes.joint[top]) == (pytest.approx(0.2, abs=1e-14), 0)
+    assert (extremes.angles[top], extremes.breakpoint[top]) == (pytest.approx(0.2, abs=1e-14), 0)
     assert extremes.values[top] == pytest.approx(3 * np.cos(0.2), abs=1e-14)
 
 

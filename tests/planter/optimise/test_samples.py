@@ -1,5 +1,5 @@
 """The sampled turn: half of an even grid, exact first and second derivatives, also beside and on
-joints.
+breakpoints.
 """
 
 import numpy as np
@@ -29,7 +29,7 @@ def test_half_turn_equals_all_samples(samples):
 
 
 def crossing(side: float) -> tuple[SampledRows, np.ndarray]:
-    """The machine with the joint at t = pi/m of gear 3 a little before or behind the sample at 92
+    """The machine with the breakpoint at t = pi/m of gear 3 a little before or behind the sample at 92
     deg.
     """
     response = toys.planting()

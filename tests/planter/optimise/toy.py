@@ -60,7 +60,7 @@ class ToyFunctions:
 
 
 class Toy:
-    """A `CycleResponse` made of CasADi expressions: `force` and, with its events, `joints` in terms
+    """A `CycleResponse` made of CasADi expressions: `force` and, with its events, `breakpoints` in terms
     of phi and x.
     """
 
@@ -69,20 +69,20 @@ class Toy:
         phi: ca.SX,
         x: ca.SX,
         force: ca.SX,
-        joints: dict[BreakpointEvent, ca.SX] | None = None,
+        breakpoints: dict[BreakpointEvent, ca.SX] | None = None,
         lower: Array | None = None,
         upper: Array | None = None,
     ) -> None:
-        p, joints = x.numel(), joints or {}
+        p, breakpoints = x.numel(), breakpoints or {}
         self.names = tuple(f"x{j}" for j in range(p))
         self.lower = np.zeros(p) if lower is None else np.asarray(lower, dtype=float)
         self.upper = np.ones(p) if upper is None else np.asarray(upper, dtype=float)
         self.design = (self.lower + self.upper) / 2
         self.period = self.turn = 2 * np.pi
         self.shifts, self.count, self.is_closed = (0.0,), 1, True
-        self.events = tuple(joints)
+        self.events = tuple(breakpoints)
         self.curves = ToyFunctions(phi, x, force)
-        self.joints = ToyFunctions(phi, x, ca.vertcat(ca.SX(0, 1), *joints.values()))
+        self.event_functions = ToyFunctions(phi, x, ca.vertcat(ca.SX(0, 1), *breakpoints.values()))
 
     def prologue(self, x: Array) -> Array:
         return np.array(x, dtype=float)

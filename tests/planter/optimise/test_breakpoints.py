@@ -22,7 +22,7 @@ def test_joints_of_the_machine_lie_where_closed_forms_put_them():
 
 
 def test_joints_are_joints():
-    """Each of the machine's joints of order 1 that the force feels is a jump of its slope."""
+    """Each of the machine's breakpoints of order 1 that the force feels is a jump of its slope."""
     response = toys.planting()
     at = response.prologue(response.design)
     breakpoints = find_breakpoints(response, at)
