@@ -255,8 +255,6 @@ def _build(device: Device) -> None:
     from planter.planting.objective import CycleObjective
 
     CycleObjective(device)
-    for refined in (False, True):
-        device.compile(refined)
     for kernel in _used(device):
         kernel.compile()
     for thread in threading.enumerate():

@@ -42,7 +42,7 @@ class QuantityCurves:
         """Raises InputError if the machine has no quantity of one of the names."""
         self.machine, self.conditions = machine, tuple(conditions)
         rates = [_build_rate(machine, name) for name in worked]
-        self.curves, self.is_compiled = MachineResponse(machine, names, more=rates), False
+        self.curves = MachineResponse(machine, names, more=rates)
         self.curves.settles = True
         self.response, self.quantities = self.curves, self.curves.quantities
         self.names, self.lower, self.upper = machine.design_names, machine.lower, machine.upper
@@ -124,9 +124,7 @@ class QuantityCurves:
     def event_functions(self) -> MachineResponse:
         """Functions of the angle whose zeros, or whole multiples of a period, are the events."""
         levels = [*self._squares, *(level for levels in self._levels for level in levels)]
-        functions = MachineResponse(self.machine, (), with_events=True, more=levels)
-        functions.is_compiled = self.is_compiled
-        return functions
+        return MachineResponse(self.machine, (), with_events=True, more=levels)
 
     def misses(self, at: DesignPoint, phi: Array) -> Array:
         """Return by how much each condition is missed at angles in SI, (c, n), not positive where
@@ -141,24 +139,6 @@ class QuantityCurves:
             misses.append(condition.sign * (np.maximum(beyond, -below[0]) if below else beyond))
             first += len(levels)
         return np.array(misses)
-
-    def compile(self, refined: bool = False) -> None:
-        """Compile what a search calls again and again, over samples or, `refined`, over true
-        extremes and integrals.
-
-        The Hessian takes longest: it is compiled in the background, and not for the few times that
-        a search over true extremes needs it. What breakpoints need is compiled at its first use.
-        """
-        response = self.response
-        if not refined:
-            response.hessian_kernel.compile(wait=False)
-            response.prologue_hessian_kernel.compile()
-        response.compile()
-        if refined:
-            response.derivatives_kernel.compile()
-            response.rates_kernel.compile()
-        self.is_compiled = True
-        vars(self).pop("event_functions", None)
 
 
 def _list_events(machine: Machine) -> list[BreakpointEvent]:

@@ -76,7 +76,7 @@ class MachineResponse:
             self.quantities += tuple(quantity for quantity, _ in more)
             self.shared += (False,) * len(more)
         self.offsets = machine.offsets if any(self.shared) else (0.0,)
-        self.is_compiled, self.settles = False, False
+        self.settles = False
         self.restart()
 
     def restart(self) -> None:
@@ -244,12 +244,9 @@ class MachineResponse:
         return self._course
 
     def compile(self) -> None:
-        """Compile what a search calls again and again; what else there is, but Hessians, at its
-        first use.
-        """
+        """Compile the values and their slopes."""
         for kernel in (self.prologue_kernel, self.values_kernel, self.slopes_kernel):
             kernel.compile()
-        self.is_compiled = True
         if self.machine.loops:
             self.machine.loops.compile()
 
@@ -443,10 +440,7 @@ class MachineResponse:
             outputs, place = function.call(inputs), names.index("q")
             del inputs[place], names[place]
             function = ca.Function(function.name(), inputs, outputs, names, function.name_out())
-        kernel = Kernel(function, lanes, summed)
-        if self.is_compiled and "weights" not in lanes:
-            kernel.compile()
-        return kernel
+        return Kernel(function, lanes, summed)
 
     @cached_property
     def values_kernel(self) -> Kernel:

@@ -64,7 +64,6 @@ class Device:
 
     def __init__(self, machine: PlantingMachine, model: Model = "exact") -> None:
         self.machine, self.model = machine, model
-        self.compiled = False
         self.formulas = formulas.load(f"planting_{model}")
         self.sidecar = self.formulas.sidecar
         pair = [
@@ -188,23 +187,17 @@ class Device:
         return device
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Return machine, model and numbers for pickling: loading builds the device, compiled if it
-        was.
-        """
-        return _restore_device, (self.machine, self.model, self.compiled, self.data)
+        """Return machine, model and numbers for pickling: loading builds the device."""
+        return _restore_device, (self.machine, self.model, self.data)
 
-    def compile(self, refined: bool = False) -> None:
-        """Run what a search calls again and again in the fastest way that there is here.
-
-        The search is over samples or, `refined`, over true extremes and integrals.
-        """
-        self.force.compile(refined)
-        self.compiled = True
+    def compile(self) -> None:
+        """Run the force and its slopes in the fastest way that there is here."""
+        self.force.curves.compile()
 
     @cached_property
     def force(self) -> QuantityCurves:
         """The vertical force on the support over a turn, the only curve, with derivatives and
-        joints.
+        breakpoints.
         """
         return QuantityCurves(build_machine(self), [FORCE])
 
@@ -318,12 +311,10 @@ class Device:
         return values[0], slopes[0]
 
 
-def _restore_device(machine: PlantingMachine, model: Model, compiled: bool, data: Array) -> Device:
+def _restore_device(machine: PlantingMachine, model: Model, data: Array) -> Device:
     """Return a device that was pickled."""
     device = Device(machine, model)
     device.data = data
-    if compiled:
-        device.compile()
     return device
 
 

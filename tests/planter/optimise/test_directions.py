@@ -1,4 +1,4 @@
-"""What the force does not feel: rank and named null space."""
+"""Insensitive directions of the force: rank and named null space."""
 
 import casadi as ca
 import numpy as np

@@ -15,7 +15,7 @@ STARTS = ([0.1, 0.2, 0.3], [0.9, 0.8, 0.1], [0.5, 0.1, 0.9], [0.2, 0.9, 0.6])
 
 
 def scaled() -> Toy:
-    """Least range at x0 / x1 = 1/6, whatever their size; x2 is not felt at all."""
+    """Least range at x0 / x1 = 1/6, whatever their size; x2 has no effect."""
     phi, x = ca.SX.sym("phi"), ca.SX.sym("x", 3)
     return Toy(
         phi,
