@@ -38,7 +38,11 @@ from planter.planting.design_summary import summarise_design
 from planter.planting.file import PlantingMachine
 from planter.planting.model import Device
 from planter.planting.objective import build_problem, evaluate_true_extremes
-from planter.planting.requirements import RequirementConstraints, build_infeasibility_error
+from planter.planting.requirements import (
+    RequirementConstraints,
+    build_infeasibility_error,
+    measure_excess,
+)
 
 REFERENCE = "wang2017-wide"
 """Built-in machine whose box for the mounting, and whose requirements, serve where the machine has
@@ -314,7 +318,7 @@ def _describe_design(
     measures, x = required.measures, problem.design(u)
     device = measures.device
     score = evaluate_true_extremes(device, x)
-    excess = required.limits.excess(measures.at(x).values)
+    excess = measure_excess(measures, x)
     binding = [
         k.name
         for n, k in enumerate(measures.kinds)
