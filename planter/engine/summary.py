@@ -220,8 +220,8 @@ class PiecewiseCycle:
         before, after = self.pieces.sides
         largest = np.abs(self.pieces.values).max(axis=1)
         for k, angle in enumerate(self.pieces.breaks):
-            near = (p for p in self.breakpoints if abs(p.angle - angle) < SAME_ANGLE)
-            place = next((p for p in near if not p.is_touch), None)
+            places = (p for p in self.breakpoints if abs(p.angle - angle) < SAME_ANGLE)
+            place = next((p for p in places if not p.is_touch), None)
             if place is None:
                 continue
             for row, entry in enumerate(self.rows):

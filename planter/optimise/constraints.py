@@ -300,8 +300,8 @@ class ConstrainedModel:
 
     def curvature(self, x: Array, weights: Array) -> Array:
         """Return the sum (p, p) of their Hessians with weights (n,)."""
-        own, required = np.split(weights, [len(weights) - self.constraints.count])
-        return self.local.curvature(x, own) + self.constraints.curvature(x, required)
+        inner, required = np.split(weights, [len(weights) - self.constraints.count])
+        return self.local.curvature(x, inner) + self.constraints.curvature(x, required)
 
 
 MAX_PROJECTION_STEPS = 20
