@@ -232,7 +232,7 @@ def check_certificate(column: Column, folder: Path) -> None:
     low, high = column.ends
     at = {"lower": abs(x - low), "upper": abs(x - high)}
     binding = {side for side, gap in at.items() if gap < 1e-6 * (high - low)}
-    assert {active.rpartition(" ")[2] for active in certificate["active_bounds"]} == binding
+    assert {active["side"] for active in certificate["active_bounds"]} == binding
     assert certificate["kkt_residual"] < 1e-6
     assert (certificate["starts"], certificate["agreeing_starts"] >= 1) == (2, True)
 

@@ -23,12 +23,12 @@ CLOSED = 1e-6
 
 
 class QuantityCurves:
-    """Quantities F(phi, x), (m,), of a machine, in SI, with its events as joints: an
+    """Quantities F(phi, x), (m,), of a machine, in SI, with its events as breakpoints: an
     `optimise.response.CycleResponse`.
 
     After them stand the powers `worked`, divided by the speed: their integral over the angle is a
-    work. The order of a joint is that of the machine's forces: a quantity may be smoother there.
-    Where a condition begins or ceases to hold is a joint, too.
+    work. The order of a breakpoint is that of the machine's forces: a quantity may be smoother there.
+    Where a condition begins or ceases to hold is a breakpoint, too, and so is a zero of `squares`.
     """
 
     def __init__(
@@ -37,17 +37,21 @@ class QuantityCurves:
         names: Sequence[str],
         conditions: Sequence[MeasureCondition] = (),
         worked: Sequence[str] = (),
+        squares: Sequence[tuple[Quantity, ca.SX]] = (),
     ) -> None:
         """Raises InputError if the machine has no quantity of one of the names."""
         self.machine, self.conditions = machine, tuple(conditions)
         rates = [_build_rate(machine, name) for name in worked]
-        self.response, self.is_compiled = MachineResponse(machine, names, more=rates), False
-        self.response.settles = True
-        self.quantities = self.response.quantities
+        self.curves = MachineResponse(machine, names, more=rates)
+        self.curves.settles = True
+        self.response, self.quantities = self.curves, self.curves.quantities
         self.names, self.lower, self.upper = machine.design_names, machine.lower, machine.upper
         self._levels = [_build_levels(machine, condition) for condition in self.conditions]
+        self._squares = tuple(squares)
+        zeros = [BreakpointEvent(f"zero of {quantity.name}", 1, None) for quantity, _ in squares]
         ends = [level.name for levels in self._levels for level, _ in levels]
-        self.events = (*_list_events(machine), *(BreakpointEvent(name, 0, None) for name in ends))
+        levels = [BreakpointEvent(name, 0, None) for name in ends]
+        self.events = (*_list_events(machine), *zeros, *levels)
 
     @property
     def design(self) -> Array:
@@ -72,7 +76,7 @@ class QuantityCurves:
 
     @property
     def shifts(self) -> tuple[float, ...]:
-        """Angles [rad] by which the joints of each side come before those of the first."""
+        """Angles [rad] by which the breakpoints of each side come before those of the first."""
         return self.machine.offsets if self.period == self.machine.turn else (0.0,)
 
     @cached_property
@@ -85,8 +89,8 @@ class QuantityCurves:
             self.prologue(self.design),
         )
         (values, _), rates = (
-            self.response.loose_derivatives(at, angles),
-            self.response.loose_rates(at, angles),
+            self.curves.derivatives(at, angles, is_loose=True),
+            self.curves.rates(at, angles, is_loose=True),
         )
         gaps = [np.abs(part[:, -1] - part[:, 0]) for part in (values, *rates)]
         sizes = [np.ptp(values, axis=1), *(np.nanmax(np.abs(part), axis=1) for part in rates)]
@@ -114,74 +118,13 @@ class QuantityCurves:
     def restart(self) -> None:
         """Forget all designs so far: what follows does not depend on them, to the last digit."""
         self.response.restart()
-        self._joints.restart()
-
-    def ends(self, at: DesignPoint, phi: Array) -> tuple[Array, Array]:
-        """Return F and its derivative in phi, (m, n) each, with NaN where one is not finite, as
-        beside a root.
-        """
-        return self.response.loose_derivatives(at, phi)
-
-    def value(self, at: DesignPoint, phi: Array) -> Array:
-        """Return F, (m, n).
-
-        Raises ComputationError if loops do not close or a value is not finite, as all do.
-        """
-        return self.response.values(at, phi)
-
-    def rate(self, at: DesignPoint, phi: Array) -> tuple[Array, Array]:
-        """Return F and its derivative in phi, (m, n) each."""
-        return self.response.derivatives(at, phi)
-
-    def rates(self, at: DesignPoint, phi: Array) -> tuple[Array, Array]:
-        """Return the first and second derivative of F in phi, (m, n) each."""
-        return self.response.rates(at, phi)
-
-    def slopes(self, at: DesignPoint, phi: Array) -> tuple[Array, Array]:
-        """Return F, (m, n), and its Jacobian in (phi, x), (m, n, 1 + p)."""
-        return self.response.slopes(at, phi)
-
-    def hessian(self, at: DesignPoint, phi: Array, weights: Array) -> Array:
-        """Return the sum over curves and angles of weights (m, n) times Hessians in (phi, x), (1 +
-        p, 1 + p).
-        """
-        return self.response.curvature(at, phi, weights)
-
-    def hessians(self, at: DesignPoint, phi: Array, weights: Array) -> Array:
-        """Return the sum over curves of weights (m, n) times Hessians in (phi, x), (n, 1 + p, 1 +
-        p).
-        """
-        return self.response.curvatures(at, phi, weights)
-
-    def hessian_along(self, at: DesignPoint, phi: Array, weights: Array, velocity: Array) -> Array:
-        """Return the weighted sum of the Hessians in x alone, (p, p), at angles that move with
-        `velocity` (n, p).
-        """
-        return self.response.curvature_along(at, phi, weights, velocity)
+        self.event_functions.restart()
 
     @cached_property
-    def _joints(self) -> MachineResponse:
-        levels = [level for levels in self._levels for level in levels]
-        joints = MachineResponse(self.machine, (), with_events=True, more=levels)
-        joints.is_compiled = self.is_compiled
-        return joints
-
-    def event_values(self, at: DesignPoint, phi: Array) -> tuple[Array, Array]:
-        """Return g of every event and its derivative in phi, (k, n) each."""
-        return self._joints.loose_derivatives(at, phi)
-
-    def event_rates(self, at: DesignPoint, phi: Array) -> tuple[Array, Array]:
-        """Return the first two derivatives of g of every event in phi, (k, n) each."""
-        return self._joints.loose_rates(at, phi)
-
-    def event_slopes(self, at: DesignPoint, phi: Array) -> Array:
-        """Return the Jacobian of g in (phi, x), (k, n, 1 + p)."""
-        return self._joints.loose_slopes(at, phi)[1]
-
-    def event_hessian(self, at: DesignPoint, phi: float, event: int) -> Array:
-        """Return the Hessian of one event's g in (phi, x), (1 + p, 1 + p)."""
-        weights = np.eye(len(self.events))[:, event : event + 1]
-        return self._joints.curvature(at, np.array([phi]), weights)
+    def event_functions(self) -> MachineResponse:
+        """Functions of the angle whose zeros, or whole multiples of a period, are the events."""
+        levels = [*self._squares, *(level for levels in self._levels for level in levels)]
+        return MachineResponse(self.machine, (), with_events=True, more=levels)
 
     def misses(self, at: DesignPoint, phi: Array) -> Array:
         """Return by how much each condition is missed at angles in SI, (c, n), not positive where
@@ -189,31 +132,13 @@ class QuantityCurves:
         """
         if not self.conditions:
             return np.empty((0, len(phi)))
-        rows = self._joints.values(at, phi)[-sum(map(len, self._levels)) :]
+        rows = self.event_functions.values(at, phi)[-sum(map(len, self._levels)) :]
         misses, first = [], 0
         for condition, levels in zip(self.conditions, self._levels, strict=True):
             beyond, *below = rows[first : first + len(levels)]
             misses.append(condition.sign * (np.maximum(beyond, -below[0]) if below else beyond))
             first += len(levels)
         return np.array(misses)
-
-    def compile(self, refined: bool = False) -> None:
-        """Compile what a search calls again and again, over samples or, `refined`, over true
-        extremes and integrals.
-
-        The Hessian takes longest: it is compiled in the background, and not for the few times that
-        a search over true extremes needs it. What joints need is compiled at its first use.
-        """
-        response = self.response
-        if not refined:
-            response.hessian_kernel.compile(wait=False)
-            response.prologue_hessian_kernel.compile()
-        response.compile()
-        if refined:
-            response.derivatives_kernel.compile()
-            response.rates_kernel.compile()
-        self.is_compiled = True
-        vars(self).pop("_joints", None)
 
 
 def _list_events(machine: Machine) -> list[BreakpointEvent]:

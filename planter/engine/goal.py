@@ -24,7 +24,7 @@ from planter.files import units
 from planter.files.units import Unit, parse_unit
 from planter.kernels import Array
 from planter.numerics.statistics import SMOOTH
-from planter.optimise.curve_sum import CurveSide, CurveStatistic, CurveSum
+from planter.optimise.curve_sum import CurveJump, CurveSide, CurveStatistic, CurveSum
 from planter.optimise.cycle_panels import PanelCache
 from planter.optimise.joined import JoinedObjective, ObjectivePart
 from planter.optimise.objective import evaluate_summary, find_gradient
@@ -131,24 +131,26 @@ class MeasureCurves:
         these alone.
         """
         machine, widths = self.machine, self.machine.upper - self.machine.lower
-        cyclic = [m for m in terms if _is_span(m) and not m.during]
+        cyclic = [m for m in terms if _is_span(m) and not m.during and m.kind != "jump"]
         partial = [m for m in terms if m.during]
+        jumps = [m for m in terms if m.kind == "jump"]
         parts: list[ObjectivePart] = []
         if sampling == "refined":
             cyclic, partial = cyclic + partial, []
         if cyclic:
             panels = self.panels if sampling == "refined" else None
             parts.append(CurveSumObjective(self.curves, self._build_sum(cyclic), sampling, panels))
-        if partial:
-            parts.append(
-                CurveSumObjective(self.curves, self._build_sum(partial), "refined", self.panels)
-            )
+        for true in (partial, jumps):
+            if true:
+                total = self._build_sum(true)
+                parts.append(CurveSumObjective(self.curves, total, "refined", self.panels))
         parts += [NodeMeasure(machine, m) for m in terms if not _is_span(m)]
         return JoinedObjective(parts, machine.design_names, widths, machine.design)
 
     def _build_sum(self, terms: Sequence[Measure]) -> CurveSum:
         statistics: list[CurveStatistic] = []
         sides: list[CurveSide] = []
+        jumps: list[CurveJump] = []
         weights: list[float] = []
         for measure in terms:
             row = self._find_row(measure)
@@ -159,6 +161,9 @@ class MeasureCurves:
                     signs = (1, -1) if measure.size else (side,)
                     sides += [CurveSide(len(weights), row, sign, conditions) for sign in signs]
                     weights.append(measure.weight * (side if measure.kind == "min" else 1) / factor)
+            elif measure.kind == "jump":
+                jumps.append(CurveJump(len(weights), row))
+                weights.append(measure.weight / factor)
             elif measure.kind == "work":
                 statistics.append(
                     CurveStatistic("integral", row, measure.weight * self.machine.turn, conditions)
@@ -169,7 +174,7 @@ class MeasureCurves:
                 statistics.append(
                     CurveStatistic(kind, row, measure.weight / factor**power, conditions)
                 )
-        return CurveSum(tuple(statistics), tuple(sides), np.array(weights))
+        return CurveSum(tuple(statistics), tuple(sides), np.array(weights), tuple(jumps))
 
     def is_empty(self, measure: Measure, x: Array) -> bool:
         """Return whether the conditions of a measure never hold at a design."""
@@ -203,7 +208,7 @@ class MeasureCurves:
 
 def _is_span(measure: Measure) -> bool:
     """Return whether a measure is of the cycle or parts of it, not of single angles."""
-    return measure.kind not in ("at", "jump")
+    return measure.kind != "at"
 
 
 class Goal:
@@ -294,4 +299,4 @@ def evaluate_measure(machine: Machine, measure: Measure, samples: int | None = N
 
 
 def _evaluate(objective: JoinedObjective, x: Array) -> float:
-    return evaluate_summary(objective, objective.look(x)).objective
+    return evaluate_summary(objective, objective.summarise(x)).objective

@@ -8,13 +8,13 @@ import itertools
 
 import numpy as np
 
-from planter.engine.goal import Goal
+from planter.engine.goal import Goal, find_display_unit
 from planter.engine.measures import Limit
 from planter.kernels import Array
 from planter.numerics.arrays import Integers, LastCallCache
 from planter.optimise.constraints import Constraints, NamedConstraint
 from planter.optimise.joined import JoinedObjective
-from planter.optimise.objective import LocalModel, ModelValues, evaluate_summary, find_gradient
+from planter.optimise.objective import LocalModel, evaluate_summary, find_gradient
 
 PAIRED_SHARE = 0.25
 """Peaks and valleys this near to the extremes, in spreads, are paired for a limit on a range."""
@@ -38,9 +38,12 @@ class MeasureLimits(Constraints):
         )
         self.owner: Integers = np.arange(len(goal.limits))
         self._rows = LastCallCache(lambda x: LimitRows(self, x))
-        self.kinds = [
-            _name(limit, step) for limit, step in zip(goal.limits, self.steps.tolist(), strict=True)
-        ]
+        pairs = zip(goal.limits, self.steps.tolist(), strict=True)
+        self.kinds = [self._name(limit, step) for limit, step in pairs]
+
+    def _name(self, limit: Limit, step: float) -> NamedConstraint:
+        unit = find_display_unit(self.goal.machine, limit.measure).text
+        return NamedConstraint(str(limit), ("max" if limit.sign > 0 else "min",), unit, step)
 
     @property
     def windows(self) -> bool:
@@ -56,7 +59,8 @@ class MeasureLimits(Constraints):
         Raises ComputationError without a cycle.
         """
         values = [
-            evaluate_summary(limited, limited.look(x)).objective for limited in self.goal.limited
+            evaluate_summary(limited, limited.summarise(x)).objective
+            for limited in self.goal.limited
         ]
         return np.array(values) / self.steps
 
@@ -79,10 +83,6 @@ class MeasureLimits(Constraints):
         return total
 
 
-def _name(limit: Limit, step: float) -> NamedConstraint:
-    return NamedConstraint(str(limit), ("max" if limit.sign > 0 else "min",), "1", step)
-
-
 class LimitRow:
     """Rows of one limit near a design: linear functions of the smooth value and the rows of its
     local model.
@@ -94,7 +94,7 @@ class LimitRow:
 
     def __init__(self, limited: JoinedObjective, x: Array, sign: int | None) -> None:
         self.local: LocalModel = limited.local(x)
-        rows, groups = self.local.values(x).rows, self.local.groups
+        rows, groups = self.local.values(x)[1:], self.local.groups
         chosen = [np.flatnonzero(groups == group) for group in range(len(limited.weights))]
         is_each = sign is not None and bool((sign * limited.weights > 0).all())
         picked = [
@@ -109,20 +109,17 @@ class LimitRow:
 
     def values(self, x: Array) -> Array:
         """Return the rows (k,) at a design x (p,)."""
-        values = self.local.values(x)
-        rows: Array = self.matrix @ np.append(values.smooth, values.rows)
+        rows: Array = self.matrix @ self.local.values(x)
         return rows
 
     def slopes(self, x: Array) -> Array:
         """Return their gradients (k, p)."""
-        slopes = self.local.slopes(x)
-        gradients: Array = self.matrix @ np.vstack([slopes.smooth, slopes.rows])
+        gradients: Array = self.matrix @ self.local.slopes(x)
         return gradients
 
     def curvature(self, x: Array, weights: Array) -> Array:
         """Return the sum (p, p) of their Hessians with weights (k,)."""
-        smooth, *rows = weights @ self.matrix
-        return self.local.curvature(x, ModelValues(float(smooth), np.array(rows), np.empty(0)))
+        return self.local.curvature(x, weights @ self.matrix)
 
 
 def _pick(rows: Array, places: Integers, unit: float, is_each: bool, is_paired: bool) -> Integers:

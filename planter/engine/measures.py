@@ -260,13 +260,6 @@ class Limit:
         """Names of all quantities that the limit speaks of, its own first."""
         return self.measure.names
 
-    @property
-    def is_reached(self) -> bool:
-        """Whether one angle is enough to satisfy it: a least stroke, a greatest value that must be
-        reached.
-        """
-        return (self.measure.kind, self.sign) in (("max", -1), ("min", 1), ("range", -1))
-
     def __str__(self) -> str:
         return f"{self.measure} {'<=' if self.sign > 0 else '>='} {_text(self.number, self.unit)}"
 

@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
+from functools import cached_property
 
-from planter.engine.curves import QuantityCurves
+import numpy as np
+
 from planter.engine.goal import Goal
 from planter.engine.limits import MeasureLimits
 from planter.engine.machine import Machine
 from planter.engine.measures import Limit, Measure
+from planter.engine.outputs import OBJECTIVE, SampledOutputs
 from planter.errors import InputError
+from planter.kernels import Array
 from planter.optimise.constraints import Constraints, DesignBox, join_constraints
-from planter.optimise.joined import JoinedObjective
-from planter.optimise.objective import Objective
-from planter.optimise.problem import Problem
-from planter.optimise.range_variance import CurveSumObjective, Sampling
+from planter.optimise.problem import MAX_VIOLATION, Problem
+from planter.optimise.range_variance import Sampling
 
 
 class DesignProblem(Problem):
@@ -22,21 +25,15 @@ class DesignProblem(Problem):
     (k,) on the design.
 
     `sampling` says whether the sum is of true extremes and integrals ("refined") or of samples;
-    limits are true. `objective` stands for the sum of the goal if it is another.
+    limits are true.
     """
 
-    def __init__(
-        self,
-        goal: Goal,
-        sampling: Sampling,
-        further: Sequence[Constraints] = (),
-        objective: Objective | None = None,
-    ) -> None:
+    def __init__(self, goal: Goal, sampling: Sampling, further: Sequence[Constraints] = ()) -> None:
         self.goal, self.sampling, self.further, machine = goal, sampling, further, goal.machine
         limits = [MeasureLimits(goal)] if goal.limits else []
         box = DesignBox.shares(machine.design_names, machine.lower, machine.upper, machine.design)
         super().__init__(
-            goal.objective if objective is None else objective,
+            goal.objective,
             box,
             join_constraints([*limits, *further]),
         )
@@ -59,18 +56,30 @@ class DesignProblem(Problem):
             self.objective.restart()
             self.goal.restart()
 
-    @property
-    def is_slow(self) -> bool:
-        """Whether evaluations take so long that other searches are better run beside them."""
-        parts = (
-            self.objective.parts
-            if isinstance(self.objective, JoinedObjective)
-            else (self.objective,)
-        )
-        curves = [part.response for part in parts if isinstance(part, CurveSumObjective)]
-        return any(
-            c.response.slopes_kernel.way != "lanes" for c in curves if isinstance(c, QuantityCurves)
-        )
+    @cached_property
+    def _population(self) -> SampledOutputs:
+        """The sum over samples of the cycle, for many designs at once."""
+        machine = replace(self.machine, objective=self.goal.terms)
+        paths = [machine.values[index].path for index in machine.moved]
+        return SampledOutputs(machine, paths, [OBJECTIVE], self.goal.samples or machine.samples)
+
+    def merits(self, points: Sequence[Array]) -> Array:
+        """Return the merits (n,) of the points (p,) of a population, over samples.
+
+        Only the best of them is evaluated as the problem is, and counts as met: a search that goes
+        on from there has the true values.
+        """
+        designs = np.array([self.design(u) for u in points]) / self.machine.scale
+        self.counts.objective += len(points)
+        merits = self._population.evaluated(designs, 1)[:, 0]
+        merits = np.where(np.isfinite(merits), merits, np.inf)
+        if self.constraints is not None:
+            violations = np.array([self.violation(u) for u in points])
+            merits += self.scale * np.minimum(violations, MAX_VIOLATION)
+        best = int(merits.argmin())
+        if np.isfinite(merits[best]):
+            self.record(points[best], self.objective.summarise(self.design(points[best])))
+        return merits
 
 
 def build_problem(

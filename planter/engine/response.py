@@ -19,9 +19,8 @@ from planter.engine.loops import KinematicLoops, LoopCoordinates
 from planter.engine.machine import LEAST_PIVOT, Machine, Quantity
 from planter.errors import ComputationError, NotFiniteError
 from planter.kernels import Array, Kernel
-from planter.numerics.arrays import Integers
+from planter.numerics.arrays import Flags, Integers
 from planter.numerics.piecewise import ONE_SIDED_OFFSET
-from planter.numerics.roots import Crossings, find_crossings
 from planter.progress import name_step
 
 INPUTS = ("phi", "d", "h", "q")
@@ -46,7 +45,7 @@ class MachineResponse:
     in SI units.
 
     After them stand the derivatives in phi of the quantities that `rates` names, then,
-    `with_events`, the functions whose zeros are the machine's switching points, then `more`
+    `with_events`, the functions whose zeros are the machine's breakpoints, then `more`
     quantities, by their graphs in the machine's symbols.
     """
 
@@ -77,7 +76,7 @@ class MachineResponse:
             self.quantities += tuple(quantity for quantity, _ in more)
             self.shared += (False,) * len(more)
         self.offsets = machine.offsets if any(self.shared) else (0.0,)
-        self.is_compiled, self.settles = False, False
+        self.settles = False
         self.restart()
 
     def restart(self) -> None:
@@ -110,33 +109,28 @@ class MachineResponse:
         """
         return self._fold(self._evaluate(self.values_kernel, point, phi)["rows"])
 
-    def slopes(self, point: DesignPoint, phi: Array) -> tuple[Array, Array]:
-        """Return the quantities (m, n) and their Jacobian (m, n, 1 + p) in (phi, x)."""
-        result = self._evaluate(self.slopes_kernel, point, phi, dh=point.dh)
+    def slopes(self, point: DesignPoint, phi: Array, is_loose: bool = False) -> tuple[Array, Array]:
+        """Return the quantities (m, n) and their Jacobian (m, n, 1 + p) in (phi, x).
+
+        Loose ones are NaN where something is not finite, as at the zero of a root.
+        """
+        result = self._evaluate(self.slopes_kernel, point, phi, is_loose, dh=point.dh)
         size, lanes = 1 + len(self.machine.moved), result["slopes"].shape[1]
         slopes = result["slopes"].reshape(len(self.quantities), size, lanes)
         return self._fold(result["rows"]), self._fold(slopes).transpose(0, 2, 1)
 
-    def derivatives(self, point: DesignPoint, phi: Array) -> tuple[Array, Array]:
-        """Return the quantities and their derivatives in phi, (m, n) each."""
-        result = self._evaluate(self.derivatives_kernel, point, phi)
+    def derivatives(
+        self, point: DesignPoint, phi: Array, is_loose: bool = False
+    ) -> tuple[Array, Array]:
+        """Return the quantities and their derivatives in phi, (m, n) each, loose as above."""
+        result = self._evaluate(self.derivatives_kernel, point, phi, is_loose)
         return self._fold(result["rows"]), self._fold(result["first"])
 
-    def rates(self, point: DesignPoint, phi: Array) -> tuple[Array, Array]:
-        """Return the first two derivatives of the quantities in phi, (m, n) each."""
-        result = self._evaluate(self.rates_kernel, point, phi)
-        return self._fold(result["first"]), self._fold(result["second"])
-
-    def loose_derivatives(self, point: DesignPoint, phi: Array) -> tuple[Array, Array]:
-        """Return what `derivatives` returns, with NaN where something is not finite, as at the zero
-        of a root.
+    def rates(self, point: DesignPoint, phi: Array, is_loose: bool = False) -> tuple[Array, Array]:
+        """Return the first two derivatives of the quantities in phi, (m, n) each, loose as
+        above.
         """
-        result = self._evaluate(self.derivatives_kernel, point, phi, is_loose=True)
-        return self._fold(result["rows"]), self._fold(result["first"])
-
-    def loose_rates(self, point: DesignPoint, phi: Array) -> tuple[Array, Array]:
-        """Return what `rates` returns, with NaN where something is not finite."""
-        result = self._evaluate(self.rates_kernel, point, phi, is_loose=True)
+        result = self._evaluate(self.rates_kernel, point, phi, is_loose)
         return self._fold(result["first"]), self._fold(result["second"])
 
     def curvature(self, point: DesignPoint, phi: Array, weights: Array) -> Array:
@@ -250,12 +244,9 @@ class MachineResponse:
         return self._course
 
     def compile(self) -> None:
-        """Compile what a search calls again and again; what else there is, but Hessians, at its
-        first use.
-        """
+        """Compile the values and their slopes."""
         for kernel in (self.prologue_kernel, self.values_kernel, self.slopes_kernel):
             kernel.compile()
-        self.is_compiled = True
         if self.machine.loops:
             self.machine.loops.compile()
 
@@ -271,10 +262,11 @@ class MachineResponse:
         try:
             return kernel(**inputs, **more)
         except NotFiniteError as error:
-            sides = self._take_sides(kernel, inputs, more)
+            outputs, finite = kernel.masked(**inputs, **more)
+            sides = self._take_sides(kernel, inputs, more, outputs, finite)
             if sides is not None:
                 return sides
-            settled = self._settle(kernel.masked(**inputs, **more)[0]) if self.settles else None
+            settled = self._settle(outputs) if self.settles else None
             if settled is not None:
                 return settled
             raise ComputationError(
@@ -282,7 +274,12 @@ class MachineResponse:
             ) from None
 
     def _take_sides(
-        self, kernel: Kernel, inputs: Mapping[str, Array], more: Mapping[str, Array]
+        self,
+        kernel: Kernel,
+        inputs: Mapping[str, Array],
+        more: Mapping[str, Array],
+        outputs: Mapping[str, Array],
+        finite: Flags,
     ) -> dict[str, Array] | None:
         """Return outputs whose derivatives are those of one side of an angle that has none, None if
         no side has.
@@ -290,7 +287,6 @@ class MachineResponse:
         A norm that vanishes at an angle has such derivatives, 0/0 in its graph; each side has its
         own.
         """
-        outputs, finite = kernel.masked(**inputs, **more)
         if kernel.work.summed or not np.isfinite(outputs.get(VALUES, 0.0)).all():
             return None
         shifted = {
@@ -328,13 +324,6 @@ class MachineResponse:
             for name, rows in outputs.items()
         }
         return settled if all(np.isfinite(rows).all() for rows in settled.values()) else None
-
-    def loose_slopes(self, point: DesignPoint, phi: Array) -> tuple[Array, Array]:
-        """Return what `slopes` returns, with NaN where something is not finite."""
-        result = self._evaluate(self.slopes_kernel, point, phi, is_loose=True, dh=point.dh)
-        size, lanes = 1 + len(self.machine.moved), result["slopes"].shape[1]
-        slopes = result["slopes"].reshape(len(self.quantities), size, lanes)
-        return self._fold(result["rows"]), self._fold(slopes).transpose(0, 2, 1)
 
     def _fold(self, rows: Array) -> Array:
         """Return rows (m, ..., sides n) of lanes as those of angles: shares added up, others of the
@@ -451,10 +440,7 @@ class MachineResponse:
             outputs, place = function.call(inputs), names.index("q")
             del inputs[place], names[place]
             function = ca.Function(function.name(), inputs, outputs, names, function.name_out())
-        kernel = Kernel(function, lanes, summed)
-        if self.is_compiled and "weights" not in lanes:
-            kernel.compile()
-        return kernel
+        return Kernel(function, lanes, summed)
 
     @cached_property
     def values_kernel(self) -> Kernel:
@@ -527,77 +513,3 @@ def _differentiate(rows: ca.SX, angle: ca.SX) -> ca.SX:
     fewer operations.
     """
     return ca.densify(ca.gradient(rows, angle) if rows.numel() == 1 else ca.jacobian(rows, angle))
-
-
-@dataclass(frozen=True)
-class Switching:
-    """An event of a side, the first of which is 1, at an angle of the first cycle [rad]."""
-
-    name: str
-    side: int
-    angle: float
-
-
-class Switchings:
-    """The events of a machine over designs, and zeros of `more` quantities, by their graphs in the
-    machine's symbols.
-
-    More than two of one event that lie within a step of the scan are missed.
-    """
-
-    def __init__(
-        self, machine: Machine, count: int, more: Sequence[tuple[Quantity, ca.SX]] = ()
-    ) -> None:
-        """Scan `count` steps of a cycle."""
-        self.machine, self.response = (
-            machine,
-            MachineResponse(machine, (), with_events=True, more=more),
-        )
-        size = len(self.response.quantities) - len(more)
-        kinds = machine.event_kinds or tuple({"name": f"event {i + 1}"} for i in range(size))
-        self.kinds = (
-            *kinds,
-            *({"name": f"zero of {quantity.name}", "order": 1} for quantity, _ in more),
-        )
-        self.periods = np.array([kind.get("period") or np.inf for kind in self.kinds])
-        self.count = count
-
-    def find(self, point: DesignPoint) -> tuple[Array, Integers]:
-        """Return the angles (s,) at which events of the first side happen, in order, and the rows
-        of these.
-        """
-        crossings = self.find_crossings(point)
-        return crossings.angles, crossings.rows
-
-    def find_crossings(self, point: DesignPoint) -> Crossings:
-        """Return the events of the first side, and where one nearly happens, or happens twice at
-        one angle.
-        """
-        if not len(self.periods):
-            none = np.empty(0), np.empty(0, dtype=np.int64)
-            return Crossings(*none, *none)
-        response = self.response
-        return find_crossings(
-            lambda phi: response.loose_derivatives(point, phi),
-            self.periods,
-            self.count,
-            self.machine.turn,
-            lambda phi: response.loose_rates(point, phi),
-        )
-
-    def find_all(self, point: DesignPoint) -> tuple[list[Switching], Array]:
-        """Return the events of all sides, by their angles, and the angles where functions of events
-        touch zero.
-        """
-        crossings = self.find_crossings(point)
-        switchings = [
-            Switching(
-                str(self.kinds[row]["name"]), side, float(np.mod(angle - offset, self.machine.turn))
-            )
-            for side, offset in enumerate(self.machine.offsets, 1)
-            for angle, row in zip(crossings.angles, crossings.rows, strict=True)
-        ]
-        touches = np.mod(
-            np.subtract.outer(crossings.touches, self.machine.offsets), self.machine.turn
-        ).ravel()
-        return sorted(switchings, key=lambda switching: switching.angle), touches

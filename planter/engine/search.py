@@ -20,7 +20,7 @@ from planter.optimise.optimiser import METHODS, GeneticSettings, Method, Optimis
 from planter.optimise.range_variance import Sampling
 from planter.optimise.result import NoFeasiblePointError, OptimiserResult
 from planter.optimise.sections import DEFAULT_GENETIC
-from planter.parallel.task import AUTO, Means, Task, count_cores
+from planter.parallel.task import AUTO, Means, Task
 from planter.progress import Listener, Progress
 
 INTERVAL_S = 1.0
@@ -66,7 +66,7 @@ class SearchSpec:
     """Settings of a search: true extremes ("refined") or a number of samples, method, starts."""
 
     sampling: Sampling = "refined"
-    method: Method = "ipopt"
+    method: Method = "auto"
     starts: int = DEFAULT_STARTS
     seed: int = 0
     genetic: GeneticSettings = DEFAULT_GENETIC
@@ -124,10 +124,7 @@ def minimise(
     """
     if spec.method not in METHODS:
         raise InputError(f"method = {spec.method!r}: choose one of {', '.join(METHODS)}")
-    early = _choose_early_means(problem, means)
-    search = OptimiserRun(
-        problem, spec.genetic, spec.seed, spec.starts, task=task, means=means, early=early
-    )
+    search = OptimiserRun(problem, spec.genetic, spec.seed, spec.starts, task=task, means=means)
     keeper = _Keeper(problem, search, keep, listener)
     search.progress = keeper
     try:
@@ -229,16 +226,6 @@ class _Keeper:
         return CandidateDesign(x, objective, violation, seconds, name)
 
 
-def _choose_early_means(problem: DesignProblem, means: Means) -> Means | None:
-    """Return what runs the starts while the genetic algorithm runs here; None if they come after
-    it.
-    """
-    if means != AUTO:
-        return means
-    spare = count_cores() - 1
-    return Means(spare) if spare and problem.is_slow else None
-
-
 def prepare_descents(problem: DesignProblem) -> Callable[[Descent], SearchRecord]:
     """Return the function that descends on a problem: the job of a worker."""
     return lambda descent: run_search(problem, descent)
@@ -257,9 +244,9 @@ def _describe_infeasibility(
         "" if value is None else f"; the closest design reaches {f'{value:.6g} {unit}'.rstrip()}"
     )
     count = f"{spec.starts} start{'s' if spec.starts > 1 else ''}"
-    attempts = {"ga": "the genetic algorithm", "ipopt": f"local searches from {count}"}
-    both = f"the genetic algorithm and {attempts['ipopt']}"
-    method = attempts.get(spec.method, both)
+    local = f"local searches from {count}"
+    both = f"the genetic algorithm and {local}"
+    method = {"ga": "the genetic algorithm", "hybrid": both}.get(spec.method, local)
     return (
         f"no design that satisfies {candidate.violated} was found within the bounds by {method} "
         f"with "

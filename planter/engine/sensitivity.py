@@ -97,16 +97,17 @@ def compute_sensitivity(
 
 
 def find_directions(
-    machine: Machine, terms: Sequence[Measure], samples: int
+    machine: Machine, terms: Sequence[Measure], samples: int, equations: Array | None = None
 ) -> InsensitiveDirections:
     """Return on how many combinations of a machine's moved values the curves of a sum depend, and
     on which not.
 
-    That is to first order at the machine's own design, over samples of a cycle.
+    That is to first order at the machine's own design, over samples of a cycle. If equations with
+    gradients `equations` (k, p) constrain the design, only directions that satisfy them count.
     """
-    return find_insensitive(
-        machine.design_names, _scaled_slopes(machine, _list_names(terms), samples)
-    )
+    rows = None if equations is None else equations * find_widths(machine)
+    columns = _scaled_slopes(machine, _list_names(terms), samples)
+    return find_insensitive(machine.design_names, columns, rows)
 
 
 def move_all(machine: Machine) -> Machine:

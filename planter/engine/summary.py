@@ -1,7 +1,7 @@
 """What a designer reads off a cycle: true peaks with their angles, means, and jumps where a law
 changes.
 
-A cycle is split at its switching points; between them quantities are smooth, so that extremes are
+A cycle is split at its breakpoints; between them quantities are smooth, so that extremes are
 roots of exact derivatives and integrals are right to rounding (`planter.numerics.piecewise`).
 """
 
@@ -14,13 +14,15 @@ from functools import cached_property
 import casadi as ca
 import numpy as np
 
+from planter.engine.curves import QuantityCurves
 from planter.engine.machine import Machine, Quantity, Vector
-from planter.engine.response import MachineResponse, Switchings
+from planter.engine.response import MachineResponse
 from planter.files import units
 from planter.kernels import Array
 from planter.numerics.arrays import TURN, to_degrees
 from planter.numerics.extrema import ExtremePoint
 from planter.numerics.piecewise import PiecewiseFunctions
+from planter.optimise.response import list_breakpoints
 from planter.progress import name_step
 from planter.records import Record
 
@@ -28,8 +30,6 @@ ROUNDING = 1e-9
 """A jump or a peak below this share of the largest value over the cycle is rounding."""
 SAME_ANGLE = 1e-8
 """Events closer than this are one, named by the first [rad]."""
-SCANNED = 360
-"""Steps of a cycle in which switching points are looked for."""
 REPEATS = 1e-7
 """Share of the largest value by which a quantity may miss after a cycle what it was at its
 beginning.
@@ -138,10 +138,11 @@ class PiecewiseCycle:
         response = MachineResponse(machine, (), more=graphs)
         self.point = response.at(machine.design if x is None else x)
         squares = [graph for graph, row in zip(graphs, rows, strict=True) if row.is_square]
-        self.switchings, touches = Switchings(machine, SCANNED, squares).find_all(self.point)
-        breaks = np.append([switching.angle for switching in self.switchings], touches)
+        curves = QuantityCurves(machine, (), squares=squares)
+        self.breakpoints = list_breakpoints(curves, self.point)
+        breaks = np.array([place.angle for place in self.breakpoints])
         self.pieces = PiecewiseFunctions(
-            lambda phi: self._take_roots(*response.loose_derivatives(self.point, phi)),
+            lambda phi: self._take_roots(*response.derivatives(self.point, phi, is_loose=True)),
             breaks,
             machine.turn,
         )
@@ -169,7 +170,7 @@ class PiecewiseCycle:
             more=[(self.rows[index].quantity, self.rows[index].graph) for index in chosen],
         )
         extremes = self.pieces.extremes(
-            np.array(chosen), lambda phi: response.loose_rates(self.point, phi)
+            np.array(chosen), lambda phi: response.rates(self.point, phi, is_loose=True)
         )
         return {self.names[index]: both for index, both in zip(chosen, extremes, strict=True)}
 
@@ -219,10 +220,9 @@ class PiecewiseCycle:
         before, after = self.pieces.sides
         largest = np.abs(self.pieces.values).max(axis=1)
         for k, angle in enumerate(self.pieces.breaks):
-            switching = next(
-                (s for s in self.switchings if abs(s.angle - angle) < SAME_ANGLE), None
-            )
-            if switching is None:
+            places = (p for p in self.breakpoints if abs(p.angle - angle) < SAME_ANGLE)
+            place = next((p for p in places if not p.is_touch), None)
+            if place is None:
                 continue
             for row, entry in enumerate(self.rows):
                 change = after[row, k] - before[row, k]
@@ -231,8 +231,8 @@ class PiecewiseCycle:
                 has_jump = entry.has_jumps and row not in self.pieces.poles
                 if has_jump and abs(change) > ROUNDING * largest[row]:
                     yield Shock(
-                        event=switching.name,
-                        side=switching.side,
+                        event=place.name,
+                        side=place.side,
                         phi_deg=to_degrees(float(angle)),
                         quantity=entry.quantity.name,
                         unit=entry.quantity.unit,

@@ -198,10 +198,6 @@ class PitchLength:
         self.nodes = max(self._count_nodes(stage, candidate) for candidate in candidates)
         self.at = LastCallCache(lambda parameters: self._integrate(parameters, self.nodes))
 
-    def compile(self) -> None:
-        """Compile the kernel with the fastest available backend."""
-        self._kernel.compile()
-
     def _integrate(self, parameters: Array, nodes: int) -> LengthDerivatives:
         # midpoints: the integrand is even and periodic, so that they converge exponentially
         u = np.pi / nodes * (np.arange(nodes) + 0.5)

@@ -7,9 +7,9 @@ from __future__ import annotations
 import casadi as ca
 import numpy as np
 
+from planter.engine.curves import QuantityCurves
 from planter.engine.machine import Machine, Quantity
-from planter.engine.response import MachineResponse, Switchings
-from planter.engine.summary import SCANNED
+from planter.engine.response import MachineResponse
 from planter.errors import ComputationError, InputError
 from planter.files import paths, units
 from planter.files.csv_rows import parse_number
@@ -17,6 +17,7 @@ from planter.files.spelling import find_spelled
 from planter.kernels import Array, formulas
 from planter.mechanism.model import Model, require_repeating
 from planter.numerics.arrays import TURN
+from planter.optimise.response import list_breakpoints
 from planter.workshop import solids
 from planter.workshop.cam import Columns, Profile, Push, build_cam_part, check_roller, find_lift_off
 from planter.workshop.cam_report import CamOutput, CamPageContent
@@ -72,8 +73,8 @@ class RollerPath:
     @property
     def breaks(self) -> tuple[float, ...]:
         """Angles of a turn between which the path is smooth [rad], its ends among them."""
-        switchings, touches = Switchings(self._machine, SCANNED).find_all(self._point)
-        events = [*(switching.angle for switching in switchings), *touches]
+        places = list_breakpoints(QuantityCurves(self._machine, ()), self._point)
+        events = [place.angle for place in places]
         inner = [*sorted(events), *np.linspace(0.0, TURN, PIECES + 1)[1:-1]]
         breaks = [0.0, TURN]
         for angle in inner:

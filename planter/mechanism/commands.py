@@ -214,6 +214,7 @@ def run_optimise(
     """Find an optimum, with its front and its proof if the options ask for them, print and write
     it.
     """
+    from planter.engine.front import require_front
     from planter.engine.search import SearchSpec
     from planter.mechanism import optimisation, proof
     from planter.mechanism.file import MechanismFile
@@ -223,7 +224,7 @@ def run_optimise(
 
     spec = SearchSpec(
         sampling=options.samples or machine.sampling,
-        method=options.method or "ipopt",
+        method=options.method or "auto",
         starts=options.starts or DEFAULT_STARTS,
         seed=options.seed,
         genetic=machine.genetic or DEFAULT_GENETIC,
@@ -236,7 +237,7 @@ def run_optimise(
     goal = optimisation.StatedGoal.read(machine, objective, holds)
     if options.front:
         goal.require_objective()
-        optimisation.require_front(goal.build_problem(spec.sampling))
+        require_front(goal.build_problem(spec.sampling))
     if options.prove_seconds is not None:
         proof.require_provable(goal, objective)
     optimum = _search_optimum(console, machine, objective, holds, spec, options.means, out)

@@ -10,7 +10,7 @@ from typing import Any
 
 from planter import errors
 from planter.engine import search
-from planter.engine.curves import QuantityCurves
+from planter.engine.front import require_front, trace_front
 from planter.engine.goal import (
     Goal,
     evaluate_measure,
@@ -42,18 +42,13 @@ from planter.kernels import Array
 from planter.mechanism.extension import HasMachine, to_machine
 from planter.mechanism.model import require_repeating
 from planter.mechanism.results import (
-    ActiveLimit,
     FrontDesign,
     LimitResult,
-    MechanismCertificate,
     MechanismOptimumResult,
 )
-from planter.numerics.arrays import TURN
-from planter.optimise import pareto
 from planter.optimise.constraints import FEASIBILITY_TOLERANCE
 from planter.optimise.local_search import Descent, SearchRecord
 from planter.optimise.range_variance import Sampling
-from planter.optimise.result import EvaluationCounts
 from planter.parallel.task import AUTO, Means, Task
 from planter.progress import Listener
 from planter.view.subject import RequirementCheck, to_sentence_case
@@ -332,53 +327,17 @@ def list_limit_checks(machine: Machine, results: Sequence[LimitResult]) -> list[
     return checks
 
 
-def require_front(problem: DesignProblem) -> QuantityCurves:
-    """Return the curve of which a sum is range and variance.
-
-    Raises InputError for another sum, and under limits.
-    """
-    terms, machine = problem.goal.terms, problem.machine
-    names, kinds = {measure.name for measure in terms}, {measure.kind for measure in terms}
-    is_plain = kinds <= {"range", "variance", "std"} and not any(
-        m.during or m.size or m.weight < 0 for m in terms
-    )
-    curve = (
-        QuantityCurves(machine, [*names])
-        if is_plain and len(names) == 1 and machine.turn == TURN
-        else None
-    )
-    if curve is None or not curve.is_closed or any(event.order == 0 for event in curve.events):
-        allowed = "a front takes range and variance of one quantity that repeats and does not jump"
-        raise InputError(f"--front does not apply to the sum for {problem.machine.name}: {allowed}")
-    if problem.constraints is not None:
-        raise InputError(
-            f"--front does not apply to {problem.machine.name} under limits: they would not be "
-            f"satisfied"
-        )
-    return curve
-
-
 def with_front(optimum: MechanismOptimum, listener: Listener | None = None) -> MechanismOptimum:
     """Return an optimum with the Pareto front, from the smallest range to the smallest variance.
 
     Raises InputError as `require_front`.
     """
-    curve, sampling, machine = (
-        require_front(optimum.problem),
-        optimum.problem.sampling,
-        optimum.machine,
-    )
-    factor = curve.quantities[0].factor
-    front = [
-        FrontDesign(
-            compromise.evaluation.look.range / factor,
-            compromise.evaluation.look.variance / factor**2,
-            dict(
-                zip(machine.design_names, (compromise.design / machine.scale).tolist(), strict=True)
-            ),
-        )
-        for compromise in pareto.trace_pareto_front(curve, sampling, pareto.FRONT_POINTS, listener)
-    ]
+    machine = optimum.problem.machine
+    name = require_front(optimum.problem)
+    front = []
+    for least_range, variance, x in trace_front(machine, name, optimum.problem.sampling, listener):
+        design = dict(zip(machine.design_names, (x / machine.scale).tolist(), strict=True))
+        front.append(FrontDesign(least_range, variance, design))
     return replace(optimum, result=replace(optimum.result, front=front))
 
 
@@ -406,12 +365,6 @@ def _record(
     problem, x, reached = optimum.problem, optimum.x, optimum.result
     goal, certificate = problem.goal, reached.certificate
     design, start_design, best = _place_design(machine, x)
-    limit_units = {
-        kind.name: kind.unit for constraints in problem.further for kind in constraints.kinds
-    }
-    limit_units |= {
-        str(limit): find_display_unit(machine, limit.measure).text for limit in goal.limits
-    }
     prices = {
         constraint.name: constraint.multiplier for constraint in certificate.active_constraints
     }
@@ -432,19 +385,8 @@ def _record(
         start_design=start_design,
         holds=holds,
         met=all(hold.met for hold in holds),
-        certificate=MechanismCertificate(
-            kkt_residual=certificate.kkt_residual,
-            active_bounds=[f"{bound.name} {bound.side}" for bound in certificate.active_bounds],
-            active_limits=[
-                ActiveLimit(constraint.name, constraint.multiplier, limit_units[constraint.name])
-                for constraint in certificate.active_constraints
-                if constraint.name in limit_units
-            ],
-            starts=certificate.starts,
-            agreeing_starts=certificate.agreeing_starts,
-            spread=certificate.spread,
-        ),
-        evaluations=EvaluationCounts(**vars(reached.evaluations)),
+        certificate=certificate,
+        evaluations=reached.evaluations,
         samples=goal.samples,
         seconds=time.perf_counter() - begun,
         effective_parameters=directions.effective_parameters,

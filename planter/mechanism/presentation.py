@@ -703,7 +703,10 @@ def _list_optimum_sections(result: MechanismOptimumResult) -> Iterator[Section]:
                 {
                     "residual of the optimality conditions": certificate.kkt_residual,
                     "agreeing starts": f"{certificate.agreeing_starts} of {certificate.starts}",
-                    "active bounds": ", ".join(certificate.active_bounds) or "none",
+                    "active bounds": ", ".join(
+                        f"{bound.name} {bound.side}" for bound in certificate.active_bounds
+                    )
+                    or "none",
                     "samples of the cycle": "none: true extremes and integrals"
                     if result.samples is None
                     else result.samples,

@@ -14,13 +14,12 @@ from typing import Any
 
 import numpy as np
 
+from planter.engine.curves import QuantityCurves
 from planter.engine.goal import Goal
 from planter.engine.loops import TURN
 from planter.engine.machine import Machine
 from planter.engine.measures import Limit, Measure
-from planter.engine.nodes import SCANNED
 from planter.engine.proof import ProvedQuantity, build_provable_objective, check_provable, is_fixed
-from planter.engine.response import Switchings
 from planter.engine.search import SearchSpec
 from planter.errors import ComputationError
 from planter.kernels import Array, generated
@@ -40,6 +39,7 @@ from planter.optimise.proof.enclosures import (
 from planter.optimise.proof.objective import ProvableObjective
 from planter.optimise.proof.panels import MovingKinks
 from planter.optimise.proof.search import SECONDS, Incumbent
+from planter.optimise.response import find_breakpoints
 from planter.parallel.task import AUTO, Means
 from planter.progress import Listener
 
@@ -117,28 +117,24 @@ def build_objective(
     that are searched.
     """
     machine = replace(build_machine(file), **searched)
-    switchings = Switchings(machine, max(machine.samples, SCANNED))
+    curves = QuantityCurves(machine, ())
     enclosed = EnclosedMechanism(machine, file.model)
     return build_provable_objective(
-        machine, terms, count, enclosed.enclose, limits, partial(_find_kinks, switchings)
+        machine, terms, count, enclosed.enclose, limits, partial(_find_kinks, curves)
     )
 
 
-def _find_kinks(switchings: Switchings, x: Array) -> MovingKinks:
-    """Return the switching points at a design (p,), none if its loops do not close; how they bend
-    is not known.
+def _find_kinks(curves: QuantityCurves, x: Array) -> MovingKinks:
+    """Return the breakpoints of the first side at a design (p,), none if its loops do not close;
+    how they bend is not known.
     """
-    none, point = MovingKinks.none(len(x)), switchings.response.at(x)
     try:
-        angles, rows = switchings.find(point)
+        points = find_breakpoints(curves, curves.prologue(x))
+        chosen = ~points.is_touch & (points.sides == 0)
+        angles, velocity = points.angles[chosen], points.velocity[chosen]
     except ComputationError:
-        return none
-    if not len(angles):
-        return none
-    slopes = switchings.response.slopes(point, angles)[1][rows, np.arange(len(rows))]
-    return MovingKinks(
-        angles, -slopes[:, 1:] / slopes[:, :1], np.zeros((len(angles), len(x), len(x)))
-    )
+        return MovingKinks.none(len(x))
+    return MovingKinks(angles, velocity, np.zeros((len(angles), len(x), len(x))))
 
 
 def _describe_scope(goal: StatedGoal) -> str:

@@ -9,7 +9,7 @@ from planter.engine.sensitivity import Direction, SensitivityResult
 from planter.engine.summary import CycleSummary
 from planter.measured.findings import MeasurementResult
 from planter.optimise.proof.search import GlobalBound
-from planter.optimise.result import EvaluationCounts
+from planter.optimise.result import EvaluationCounts, OptimalityCertificate
 from planter.records import Record, WarningRecord
 from planter.workshop.cam_results import Cam
 
@@ -260,31 +260,6 @@ class EnsembleResult(Record):
 
 
 @dataclass(frozen=True)
-class ActiveLimit(Record):
-    """An active limit or requirement of an optimum, and its multiplier: the loss of the objective
-    per `unit`.
-    """
-
-    limit_on: str
-    multiplier: float
-    unit: str
-
-
-@dataclass(frozen=True)
-class MechanismCertificate(Record):
-    """Evidence of an optimum: a residual of the optimality conditions below 1e-6 is that of a local
-    minimum.
-    """
-
-    kkt_residual: float
-    active_bounds: list[str]
-    active_limits: list[ActiveLimit]
-    starts: int
-    agreeing_starts: int
-    spread: float
-
-
-@dataclass(frozen=True)
 class FrontDesign(Record):
     """A Pareto-optimal design for range and variance, in the units of results."""
 
@@ -311,7 +286,7 @@ class MechanismOptimumResult(Record):
     start_design: dict[str, float]
     holds: list[LimitResult]
     met: bool
-    certificate: MechanismCertificate
+    certificate: OptimalityCertificate
     evaluations: EvaluationCounts
     samples: int | None
     seconds: float

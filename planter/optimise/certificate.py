@@ -3,14 +3,14 @@
 The objective is weight (max f - min f) + s, with rows f and s what it makes of a smooth function.
 At a local minimum u in the box there are shares mu >= 0 of the rows that attain the maximum, nu >=
 0 of those that attain the minimum, summing to the weight each, multipliers of the bounds z_lower,
-z_upper >= 0, and theta in [0, 1] for each sample that sits on a joint, with
+z_upper >= 0, and theta in [0, 1] for each sample that sits on a breakpoint, with
 
     s_u + kinks' theta + upper_u' mu - lower_u' nu - z_lower + z_upper = 0,
     mu (max f - f) = 0,  nu (f - min f) = 0,  z_lower (u - bottom) = 0,  z_upper (top - u) = 0.
 
-A sample on a joint has two one-sided gradients; it is listed with both, and theta mixes those of
+A sample on a breakpoint has two one-sided gradients; it is listed with both, and theta mixes those of
 its share in the variance: zero lies in the sum of Clarke's subdifferentials (Clarke, Optimization
-and Nonsmooth Analysis, 1983, 2.3). Where nothing sits on a joint this is the usual KKT point of the
+and Nonsmooth Analysis, 1983, 2.3). Where nothing sits on a breakpoint this is the usual KKT point of the
 epigraph form, without rows that of a smooth programme. Constraints lower <= g(u) <= upper add g_u'
 lambda, lambda > 0 only at an upper and < 0 only at a lower bound; an equation's may have either
 sign.
@@ -222,9 +222,7 @@ def find_active_bounds(problem: Problem, multipliers: Multipliers) -> list[Activ
 
 @dataclass(frozen=True)
 class ActiveConstraint(Record):
-    """An active constraint: decrease of the objective per unit of the constraint if its limit is
-    relaxed.
-    """
+    """An active limit or requirement: decrease of the objective per `unit` if it is relaxed."""
 
     name: str
     side: str

@@ -7,7 +7,7 @@ projection uses Newton's method with short steps in the box.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Protocol
 
@@ -16,7 +16,7 @@ import numpy as np
 from planter.errors import ComputationError
 from planter.kernels import Array
 from planter.numerics.arrays import Flags, Integers
-from planter.optimise.objective import LocalModel, ModelGradients, ModelValues, ObjectiveSummary
+from planter.optimise.objective import LocalModel, ObjectiveSummary
 
 
 @dataclass(frozen=True)
@@ -278,34 +278,30 @@ class ConstrainedModel:
         self.local, self.constraints, self.groups = local, constraints, local.groups
         self.bounds = np.hstack([local.bounds, [constraints.lower, constraints.upper]])
 
-    def look(self, x: Array) -> ObjectiveSummary:
+    def summarise(self, x: Array) -> ObjectiveSummary:
         """Return the summary of the objective at a design x (p,)."""
-        return self.local.look(x)
+        return self.local.summarise(x)
 
-    def grown(self, x: Array, tops: Array) -> ConstrainedModel:
+    def extended(self, x: Array, tops: Array) -> ConstrainedModel:
         """Return the model with the rows that exceed the tops of their groups at x."""
-        return ConstrainedModel(self.local.grown(x, tops), self.constraints)
+        return ConstrainedModel(self.local.extended(x, tops), self.constraints)
 
-    def values(self, x: Array) -> ModelValues:
-        """Return the values of the smooth function, rows and holds at a design x (p,)."""
-        values = self.local.values(x)
+    def values(self, x: Array) -> Array:
+        """Return the functions of the model, then the constraints, at a design x (p,)."""
         try:
             rows = self.constraints.values(x)
         except ComputationError:  # solvers shorten steps to values that are not finite
             rows = np.full(self.constraints.count, np.nan)
-        return replace(values, holds=np.append(values.holds, rows))
+        return np.append(self.local.values(x), rows)
 
-    def slopes(self, x: Array) -> ModelGradients:
-        """Return the gradients of the smooth function, rows and holds at a design x (p,)."""
-        gradients = self.local.slopes(x)
-        return replace(gradients, holds=np.vstack([gradients.holds, self.constraints.slopes(x)]))
+    def slopes(self, x: Array) -> Array:
+        """Return their gradients (n, p) at a design x (p,)."""
+        return np.vstack([self.local.slopes(x), self.constraints.slopes(x)])
 
-    def curvature(self, x: Array, weights: ModelValues) -> Array:
-        """Return the Hessian (p, p) of weights . constraints at a design x (p,)."""
-        holds, required = np.split(weights.holds, [len(weights.holds) - self.constraints.count])
-        return self.local.curvature(x, replace(weights, holds=holds)) + self.constraints.curvature(
-            x, required
-        )
+    def curvature(self, x: Array, weights: Array) -> Array:
+        """Return the sum (p, p) of their Hessians with weights (n,)."""
+        inner, required = np.split(weights, [len(weights) - self.constraints.count])
+        return self.local.curvature(x, inner) + self.constraints.curvature(x, required)
 
 
 MAX_PROJECTION_STEPS = 20

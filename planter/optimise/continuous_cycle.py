@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from functools import cached_property
 
 import numpy as np
+import scipy
 
 from planter.kernels import Array
 from planter.numerics.arrays import Flags, Integers, LastCallCache, wrap_angle
@@ -18,13 +19,10 @@ from planter.optimise.cycle_panels import CORNER, CyclePanels, PanelCache
 from planter.optimise.objective import (
     NO_GROUPS,
     Conditions,
-    ModelGradients,
-    ModelValues,
     ObjectiveSummary,
 )
 from planter.optimise.response import (
     ONE_SIDED_OFFSET,
-    CycleResponse,
     PointMotion,
     fixed_motion,
     hessians_along,
@@ -45,16 +43,11 @@ class ContinuousCycle:
         self.find_panels, self.total = find_panels, total
         self.panels = LastCallCache(self._prepare)
 
-    @classmethod
-    def from_response(cls, response: CycleResponse, total: CurveSum) -> ContinuousCycle:
-        """Return the turn of a response."""
-        return cls(PanelCache(response), total)
-
     def _prepare(self, x: Array) -> tuple[CyclePanels, SmoothSum]:
         panels = self.find_panels(x)
         return panels, panels.smooth(self.total.statistics)
 
-    def look(self, x: Array) -> ObjectiveSummary:
+    def summarise(self, x: Array) -> ObjectiveSummary:
         """Return the summary of the objective at a design x (p,)."""
         panels, smooth = self.panels(x)
         return panels.summarise(self.total, smooth)
@@ -75,8 +68,17 @@ class ContinuousCycle:
             groups.append(np.full(count, side.group))
             curve = np.full(count, side.row)
             gradients.append(
-                side.sign * panels.row_slopes(curve, extremes.angles, extremes.joint)[1]
+                side.sign * panels.row_slopes(curve, extremes.angles, extremes.breakpoint)[1]
             )
+        for jump in total.jumps:
+            angles, values, breakpoint, _ = _jump_rows(
+                panels, CurveSide(jump.group, jump.row, 1), _find_jumps(panels)
+            )
+            combine = _subtract_sides(len(angles) // 2)
+            rows.append(combine @ values)
+            groups.append(np.full(len(combine), jump.group))
+            curve = np.full(len(angles), jump.row)
+            gradients.append(combine @ panels.row_slopes(curve, angles, breakpoint)[1])
         return Conditions(
             np.concatenate(rows),
             np.concatenate(groups),
@@ -95,7 +97,8 @@ class ExtremumRows:
     one window give its row a kink where they change places: `fixed` are for each side the angles of
     further rows, smooth ones, which keep both in sight until each has its own window, and those
     near an extreme, among which another would be born. A side of a part of the period has the
-    largest of its values in place of those beyond it.
+    largest of its values in place of those beyond it. Rows are linear in the values at points: a
+    jump is the difference of both sides of one.
     """
 
     def __init__(
@@ -115,14 +118,19 @@ class ExtremumRows:
             len(edges) + len(fixed) + jumps
             for edges, fixed in zip(self.edges, self.fixed, strict=True)
         ]
-        self.sides = np.repeat(np.arange(len(sides)), counts)
-        self.groups, self.curves = self.total.groups[self.sides], self.total.rows[self.sides]
-        self.signs = self.total.signs[self.sides]
-        self.bounds = np.empty((2, 0))
+        chosen, angles = np.repeat(np.arange(len(sides)), counts), _find_jumps(panels)
+        blocks = [np.diag(self.total.signs[chosen])]
+        blocks += [_subtract_sides(len(angles))] * len(self.total.jumps)
+        self.combine: Array = scipy.linalg.block_diag(*blocks)
+        of_jumps = [(jump.group, jump.row) for jump in self.total.jumps]
+        pairs = np.array(of_jumps, dtype=np.int64).reshape(-1, 2).repeat(2 * len(angles), axis=0)
+        self.groups = np.append(self.total.groups[chosen], pairs[:, 0])
+        self.curves = np.append(self.total.rows[chosen], pairs[:, 1])
+        self.jump_angles, self.bounds = angles, np.empty((2, 0))
         self._seen: list[list[float]] = [[] for _ in sides]
         self._state = LastCallCache(lambda x: _ExtremumState(self, x))
 
-    def grown(self, x: Array, tops: Array) -> ExtremumRows:
+    def extended(self, x: Array, tops: Array) -> ExtremumRows:
         """Return a copy with the windows of this design and rows at the extremes of the previous
         designs.
         """
@@ -132,40 +140,33 @@ class ExtremumRows:
         ]
         return ExtremumRows(self.cycle, self._state(x).panels, fixed)
 
-    def look(self, x: Array) -> ObjectiveSummary:
+    def summarise(self, x: Array) -> ObjectiveSummary:
         """Return the summary of the objective at a design x (p,)."""
-        return self.cycle.look(x)
+        return self.cycle.summarise(x)
 
-    def values(self, x: Array) -> ModelValues:
-        """Return the values of the smooth function, rows and holds at a design x (p,)."""
+    def values(self, x: Array) -> Array:
+        """Return the smooth value, then the rows, (1 + r,), at a design x (p,)."""
         state = self._state(x)
-        return ModelValues(state.smooth_sum.value, self.signs * state.values, np.empty(0))
+        return np.append(state.smooth_sum.value, self.combine @ state.values)
 
-    def slopes(self, x: Array) -> ModelGradients:
-        """Return the gradients of the smooth function, rows and holds at a design x (p,)."""
+    def slopes(self, x: Array) -> Array:
+        """Return their gradients (1 + r, p) at a design x (p,)."""
         state = self._state(x)
         for seen, side in zip(self._seen, self.total.sides, strict=True):
             extremes = state.panels.extremes(side)
             if len(extremes.values) and not side.conditions:
                 seen.append(float(extremes.angles[(side.sign * extremes.values).argmax()]))
-        gradients = self.signs[:, None] * state.slopes[1]
-        return ModelGradients(
-            state.panels.gradient(state.smooth_sum), gradients, np.empty((0, len(x)))
-        )
+        return np.vstack([state.panels.gradient(state.smooth_sum), self.combine @ state.slopes[1]])
 
-    def curvature(self, x: Array, weights: ModelValues) -> Array:
-        """Return the weighted sum (p, p) of the Hessians at a design x (p,)."""
-        state, each = self._state(x), self.signs * weights.rows
-        rows = state.hessian(each)
-        return (
-            rows
-            if weights.smooth == 0
-            else rows + weights.smooth * state.panels.hessian(state.smooth_sum)
-        )
+    def curvature(self, x: Array, weights: Array) -> Array:
+        """Return the sum (p, p) of their Hessians with weights (1 + r,)."""
+        state, smooth = self._state(x), weights[0]
+        rows = state.hessian(weights[1:] @ self.combine)
+        return rows + smooth * state.panels.hessian(state.smooth_sum) if smooth else rows
 
 
 class _ExtremumState:
-    """All rows at one design: angle, value, joint or -1, and whether it is a smooth peak, which
+    """All rows at one design: angle, value, breakpoint or -1, and whether it is a smooth peak, which
     moves on its own.
     """
 
@@ -181,13 +182,16 @@ class _ExtremumState:
             if len(rows.jumps):
                 points.append(_jump_rows(self.panels, side, rows.jumps))
             picked += points
-        self.angles, self.values, self.joint, self.smooth = (
+        for jump in rows.total.jumps:
+            side = CurveSide(jump.group, jump.row, 1)
+            picked.append(_jump_rows(self.panels, side, rows.jump_angles))
+        self.angles, self.values, self.breakpoint, self.smooth = (
             np.concatenate(part) for part in zip(*picked, strict=True)
         )
 
     @cached_property
     def slopes(self) -> tuple[Array, Array, Array, Array]:
-        return self.panels.row_slopes(self.curves, self.angles, self.joint)
+        return self.panels.row_slopes(self.curves, self.angles, self.breakpoint)
 
     def hessian(self, weights: Array) -> Array:
         """Return the sum (p, p) of the Hessians of the curves at the points, with weights (k,)."""
@@ -197,20 +201,22 @@ class _ExtremumState:
         slopes, _, place, _ = self.slopes
         ones = np.zeros((self.panels.response.count, len(selected)))
         ones[self.curves[selected], np.arange(len(selected))] = 1.0
-        second = self.panels.response.hessians(self.panels.at, place[selected], ones)
+        second = self.panels.response.curves.curvatures(self.panels.at, place[selected], ones)
         total = hessians_along(slopes[selected], second, self._motion(second, selected))
         bent: Array = np.tensordot(weights[selected], total, 1)
         return bent
 
     def _motion(self, second: Array, selected: Integers) -> PointMotion:
-        panels, joint, smooth = self.panels, self.joint[selected], self.smooth[selected]
-        motion = fixed_motion(len(joint), second.shape[1] - 1)
+        panels, breakpoint, smooth = self.panels, self.breakpoint[selected], self.smooth[selected]
+        motion = fixed_motion(len(breakpoint), second.shape[1] - 1)
         motion.velocity[:] = self.slopes[3][selected]
         motion.velocity[smooth] = peak_velocity(second[smooth])
-        at_joint = joint >= 0
-        if at_joint.any():
-            motion.acceleration[at_joint] = panels.joints.acceleration(joint[at_joint])
-        corner = np.flatnonzero(joint == CORNER)
+        at_breakpoint = breakpoint >= 0
+        if at_breakpoint.any():
+            motion.acceleration[at_breakpoint] = panels.breakpoints.acceleration(
+                breakpoint[at_breakpoint]
+            )
+        corner = np.flatnonzero(breakpoint == CORNER)
         if len(corner):
             motion.acceleration[corner] = self._bend_corners(selected[corner], second[corner])
         return motion
@@ -223,8 +229,8 @@ class _ExtremumState:
         lanes, curves = np.arange(len(chosen)), self.curves[chosen]
         ones = np.zeros((panels.response.count, len(chosen)))
         ones[curves, lanes] = 1.0
-        change = after - panels.response.hessians(panels.at, panels.fold(angles), ones)
-        before = panels.response.slopes(panels.at, panels.fold(angles))[1][curves, lanes, 0]
+        change = after - panels.response.curves.curvatures(panels.at, panels.fold(angles), ones)
+        before = panels.response.curves.slopes(panels.at, panels.fold(angles))[1][curves, lanes, 0]
         rise = self.slopes[0][chosen, 0] - before
         size = change.shape[1] - 1
         path = np.concatenate(
@@ -235,7 +241,7 @@ class _ExtremumState:
 
 
 _Points = tuple[Array, Array, Integers, Flags]
-"""Points of rows: angles, values, joints or -1, whether they are smooth peaks."""
+"""Points of rows: angles, values, breakpoints or -1, whether they are smooth peaks."""
 _NO_POINTS: _Points = np.empty(0), np.empty(0), np.empty(0, dtype=np.int64), np.empty(0, dtype=bool)
 
 
@@ -290,20 +296,20 @@ def _select_window_rows(panels: CyclePanels, side: CurveSide, edges: Array) -> _
     extremes = panels.extremes(side)
     inside = np.flatnonzero((extremes.peaks == (side.sign > 0)) & ~extremes.beside_jump)
     window = np.searchsorted(edges, extremes.angles[inside]) % max(len(edges), 1)
-    angles, values, joint, smooth = (
+    angles, values, breakpoint, smooth = (
         _top_rows(panels, side, len(edges)) if side.conditions else _fixed_rows(panels, side, edges)
     )
     taken = np.zeros(len(edges), dtype=bool)
     for i, w in zip(inside, window, strict=True):
         is_first = bool(side.conditions) and not taken[w]
         if is_first or side.sign * extremes.values[i] > side.sign * values[w]:
-            angles[w], values[w], joint[w] = (
+            angles[w], values[w], breakpoint[w] = (
                 extremes.angles[i],
                 extremes.values[i],
-                extremes.joint[i],
+                extremes.breakpoint[i],
             )
             smooth[w], taken[w] = extremes.smooth[i], True
-    return angles, values, joint, smooth
+    return angles, values, breakpoint, smooth
 
 
 def _top_rows(panels: CyclePanels, side: CurveSide, count: int) -> _Points:
@@ -316,9 +322,22 @@ def _top_rows(panels: CyclePanels, side: CurveSide, count: int) -> _Points:
     return (
         extremes.angles[chosen],
         extremes.values[chosen],
-        extremes.joint[chosen],
+        extremes.breakpoint[chosen],
         extremes.smooth[chosen],
     )
+
+
+def _find_jumps(panels: CyclePanels) -> Array:
+    """Return the angles (k,) at which curves may jump, one that does not matter without any."""
+    return panels.breaks[panels.jumps] if len(panels.jumps) else np.zeros(1)
+
+
+def _subtract_sides(count: int) -> Array:
+    """Return the matrix (2 count, 2 count) from values before and after jumps to these, of either
+    sign.
+    """
+    eye = np.eye(count)
+    return np.block([[-eye, eye], [eye, -eye]])
 
 
 def _jump_rows(panels: CyclePanels, side: CurveSide, angles: Array) -> _Points:
@@ -336,8 +355,8 @@ def _jump_rows(panels: CyclePanels, side: CurveSide, angles: Array) -> _Points:
     places = panels.breaks[panels.jumps][nearest]
     places = panels.fold(np.concatenate([places - ONE_SIDED_OFFSET, places + ONE_SIDED_OFFSET]))
     values = panels.sides[side.row].reshape(2, -1)[:, nearest].ravel()
-    joints = np.tile(panels.order[panels.jumps][nearest], 2)
-    points = places, values, joints, np.zeros(len(places), dtype=bool)
+    breakpoints = np.tile(panels.order[panels.jumps][nearest], 2)
+    points = places, values, breakpoints, np.zeros(len(places), dtype=bool)
     if not side.conditions:
         return points
     count = len(panels.breaks) - 1
@@ -351,7 +370,7 @@ def _jump_rows(panels: CyclePanels, side: CurveSide, angles: Array) -> _Points:
 def _fixed_rows(panels: CyclePanels, side: CurveSide, angles: Array) -> _Points:
     """Rows at fixed angles."""
     count = len(angles)
-    values = panels.response.value(panels.at, angles)[side.row] if count else np.empty(0)
+    values = panels.response.curves.values(panels.at, angles)[side.row] if count else np.empty(0)
     return angles.copy(), values, np.full(count, -1, dtype=np.int64), np.zeros(count, dtype=bool)
 
 

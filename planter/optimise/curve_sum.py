@@ -43,12 +43,23 @@ class CurveSide:
 
 
 @dataclass(frozen=True)
+class CurveJump:
+    """The greatest size of a jump of a curve, which is a group."""
+
+    group: int
+    row: int
+
+
+@dataclass(frozen=True)
 class CurveSum:
-    """Statistics of curves, and weights (g,) of the groups that the largest of some sides are."""
+    """Statistics of curves, and weights (g,) of the groups that the largest of some sides, and of
+    jumps, are.
+    """
 
     statistics: tuple[CurveStatistic, ...]
     sides: tuple[CurveSide, ...]
     weights: Array
+    jumps: tuple[CurveJump, ...] = ()
 
     @cached_property
     def groups(self) -> Integers:
@@ -65,19 +76,10 @@ class CurveSum:
         """Sign of each side, (s,)."""
         return np.array([float(side.sign) for side in self.sides])
 
-    def summarise(
-        self, smooth: SmoothSum, tops: Array, high: float, low: float
-    ) -> ObjectiveSummary:
-        """Return the summary of largest values (s,) of the sides, and extremes of the first
-        curve.
-        """
-        return ObjectiveSummary(
-            smooth.value,
-            find_tops(tops, self.groups, len(self.weights)),
-            high,
-            low,
-            *smooth.moments,
-        )
+    def summarise(self, smooth: SmoothSum, tops: Array) -> ObjectiveSummary:
+        """Return the summary of largest values of the sides, then of the jumps."""
+        groups = np.append(self.groups, [jump.group for jump in self.jumps]).astype(np.int64)
+        return ObjectiveSummary(smooth.value, find_tops(tops, groups, len(self.weights)))
 
 
 class SmoothSum:
@@ -102,12 +104,6 @@ class SmoothSum:
             for part, mask in zip(statistics, self.masks, strict=True)
         ]
         self.value = float(sum(part.weight * statistic.value for part, statistic, _ in self.parts))
-
-    @property
-    def moments(self) -> tuple[float, float]:
-        """Mean and variance of the first curve."""
-        mean = float(self.shares @ self.values[0])
-        return mean, float(self.shares @ (self.values[0] - mean) ** 2)
 
     @cached_property
     def slope(self) -> Array:

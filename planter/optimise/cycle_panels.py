@@ -1,13 +1,13 @@
 """The turn without a grid: true extremes of the curves over phi, true integrals for their means and
 variances.
 
-The period is split at all joints into panels on which F is smooth, and the panels into pieces with
+The period is split at all breakpoints into panels on which F is smooth, and the panels into pieces with
 Gauss-Legendre nodes. Every change of sign of dF/dphi is one extreme: a smooth peak inside a panel,
-or the joint itself where F has a kink, or a side of it where F jumps.
+or the breakpoint itself where F has a kink, or a side of it where F jumps.
 
 Nodes keep their places within a panel, whose ends move with the design: phi_k = (1 - t_k) a + t_k
 b, with the weight w_k (b - a). So the derivatives of an integral are those of its sum, first and
-second ones alike, whether F is smooth at a joint, has a kink, jumps, or has an infinite slope as a
+second ones alike, whether F is smooth at a breakpoint, has a kink, jumps, or has an infinite slope as a
 root has: along a moving node all of these are smooth.
 """
 
@@ -35,7 +35,7 @@ from planter.optimise.response import (
 MIN_BREAKPOINT_DISTANCE = 1e-8
 """Joints closer than this are one [rad]."""
 CORNER, CORNER_SHARE = -2, 1e-6
-"""In place of a joint: a corner that no event marks, at which a slope jumps by this share of the
+"""In place of a breakpoint: a corner that no event marks, at which a slope jumps by this share of the
 largest at least.
 """
 LEVEL_SHARE = 1e-9
@@ -45,11 +45,11 @@ TAIL_TOLERANCE, MAX_HALVINGS = 1e-11, 16
 Legendre series of a curve exceeds this share of the curve's mean size.
 """
 FIXED_RANK = 10
-"""Added to the order of joints whose motion is not known, so that others at the same angle
+"""Added to the order of breakpoints whose motion is not known, so that others at the same angle
 count.
 """
 PULL_ROUNDING = 1e-13
-"""Share of what nodes add to the pull on a joint below which the pull is rounding: no curve jumps
+"""Share of what nodes add to the pull on a breakpoint below which the pull is rounding: no curve jumps
 there.
 """
 
@@ -59,7 +59,7 @@ class CycleExtrema:
     """Local extremes in order of angle: `angles` (m,) in one period, `peaks` (m,) True for maxima,
     `values` (m,).
 
-    `joint` (m,) is the index among the joints of one that is a kink or a jump, `CORNER` or else -1;
+    `breakpoint` (m,) is the index among the breakpoints of one that is a kink or a jump, `CORNER` or else -1;
     `smooth` (m,) marks those that move on their own: the ends of a curve that is not closed do not.
     `panels` (2, m) are the panels before and after.
     """
@@ -67,7 +67,7 @@ class CycleExtrema:
     angles: Array
     peaks: Flags
     values: Array
-    joint: Integers
+    breakpoint: Integers
     smooth: Flags
     beside_jump: Flags
     panels: Integers
@@ -78,7 +78,7 @@ class CycleExtrema:
             self.angles[chosen],
             self.peaks[chosen],
             self.values[chosen],
-            self.joint[chosen],
+            self.breakpoint[chosen],
             self.smooth[chosen],
             self.beside_jump[chosen],
             self.panels[:, chosen],
@@ -86,12 +86,12 @@ class CycleExtrema:
 
 
 class CyclePanels:
-    """The curves over one period at a design, split at their joints."""
+    """The curves over one period at a design, split at their breakpoints."""
 
     def __init__(self, response: CycleResponse, x: Array) -> None:
         self.response, self.at = response, response.prologue(x)
-        self.joints = find_breakpoints(response, self.at)
-        self.folded = self.joints.folded
+        self.breakpoints = find_breakpoints(response, self.at)
+        self.folded = self.breakpoints.folded
         self.breaks, self.order = self._breaks()
         self._place_nodes()
         self.end_values, self.end_rates = self._find_ends()
@@ -118,7 +118,9 @@ class CyclePanels:
         )
         values, rates = (
             part.reshape(len(part), *ends.shape)
-            for part in self.response.ends(self.at, self.fold(ends.ravel()))
+            for part in self.response.curves.derivatives(
+                self.at, self.fold(ends.ravel()), is_loose=True
+            )
         )
         if not (np.isfinite(values).all() and np.isfinite(rates).all()):
             first = np.flatnonzero(np.diff(self.panel, prepend=-1))
@@ -132,17 +134,17 @@ class CyclePanels:
         return values, rates
 
     def _is_jump(self) -> Flags:
-        """Return which panels begin at a joint where the curves themselves may jump."""
-        at_joint = self.order >= 0
+        """Return which panels begin at a breakpoint where the curves themselves may jump."""
+        at_breakpoint = self.order >= 0
         flags = np.zeros(len(self.order), dtype=bool)
-        flags[at_joint] = self.joints.orders[self.order[at_joint]] == 0
+        flags[at_breakpoint] = self.breakpoints.orders[self.order[at_breakpoint]] == 0
         return flags
 
     def _breaks(self) -> tuple[Array, Integers]:
-        """Ends of the panels over one period, and the joint at each panel's start, -1 for none.
+        """Ends of the panels over one period, and the breakpoint at each panel's start, -1 for none.
 
-        First and last are the same joint; without joints, or if the curves are not closed, the ends
-        of the period. Of joints that are one, the roughest counts.
+        First and last are the same breakpoint; without breakpoints, or if the curves are not closed, the ends
+        of the period. Of breakpoints that are one, the roughest counts.
         """
         order, period = np.argsort(self.folded, kind="stable"), self.response.period
         places = self.folded[order]
@@ -158,22 +160,26 @@ class CyclePanels:
             )
             order, places = order[inside], places[inside]
             starts = np.flatnonzero(np.diff(places, prepend=-1.0) > MIN_BREAKPOINT_DISTANCE)
-            joints = self._select_roughest(order, starts)
-            return np.concatenate([[0.0], self.folded[joints], [period]]), np.append(first, joints)
+            breakpoints = self._select_roughest(order, starts)
+            return np.concatenate([[0.0], self.folded[breakpoints], [period]]), np.append(
+                first, breakpoints
+            )
         if not len(order):
             return np.array([0.0, period]), np.array([-1])
         separated = np.diff(places, append=places[0] + period) > MIN_BREAKPOINT_DISTANCE
         starts = np.flatnonzero(np.roll(separated, 1))
-        joints = self._select_roughest(np.roll(order, -starts[0]), starts - starts[0])
-        joints = joints[np.argsort(self.folded[joints], kind="stable")]
-        return np.append(self.folded[joints], self.folded[joints[0]] + period), joints
+        breakpoints = self._select_roughest(np.roll(order, -starts[0]), starts - starts[0])
+        breakpoints = breakpoints[np.argsort(self.folded[breakpoints], kind="stable")]
+        return np.append(
+            self.folded[breakpoints], self.folded[breakpoints[0]] + period
+        ), breakpoints
 
     def _select_roughest(self, order: Integers, starts: Integers) -> Integers:
-        """Return of each group of joints, which begin at `starts` of `order`, that of the least
+        """Return of each group of breakpoints, which begin at `starts` of `order`, that of the least
         order that moves.
         """
         groups = np.split(order, starts[1:]) if len(starts) else []
-        rank = self.joints.orders + FIXED_RANK * ~self.joints.is_regular
+        rank = self.breakpoints.orders + FIXED_RANK * ~self.breakpoints.is_regular
         return np.array([group[rank[group].argmin()] for group in groups], dtype=np.int64)
 
     def _place_nodes(self) -> None:
@@ -193,7 +199,7 @@ class CyclePanels:
         for depth in range(MAX_HALVINGS + 1):
             places, weights = pending.place()
             nodes = self.breaks[pending.panel, None] + places * lengths[pending.panel, None]
-            both = self.response.rate(self.at, self.fold(nodes.ravel()))
+            both = self.response.curves.derivatives(self.at, self.fold(nodes.ravel()))
             values, rates = (part.reshape(len(part), *nodes.shape) for part in both)
             shares = weights.sum(axis=1) * lengths[pending.panel] / self.response.period
             size = (np.abs(values).mean(axis=2) @ shares) if size is None else size
@@ -278,7 +284,7 @@ class CyclePanels:
         """Derivatives of the breaks in the design, (panels + 1, p)."""
         velocity = np.zeros((len(self.breaks), len(self.response.names)))
         moving = np.flatnonzero(self.order >= 0)
-        velocity[moving] = self.joints.velocity[self.order[moving]]
+        velocity[moving] = self.breakpoints.velocity[self.order[moving]]
         velocity[-1] = velocity[0]
         return velocity
 
@@ -290,7 +296,7 @@ class CyclePanels:
     @cached_property
     def _node_slopes(self) -> Array:
         """Gradients of the curves along the nodes, (m, n, p)."""
-        slopes = self.response.slopes(self.at, self.fold(self.nodes))[1]
+        slopes = self.response.curves.slopes(self.at, self.fold(self.nodes))[1]
         return gradients_along(slopes, self._node_velocity)
 
     @cached_property
@@ -311,15 +317,19 @@ class CyclePanels:
         if not smooth.parts:
             return np.zeros((size, size))
         angles = self.fold(self.nodes)
-        bent = self.response.hessian_along(self.at, angles, smooth.slope, self._node_velocity)
+        bent = self.response.curves.curvature_along(
+            self.at, angles, smooth.slope, self._node_velocity
+        )
         return (
-            bent + smooth.squared(self._node_slopes, self._share_slopes) + self._bend_joints(smooth)
+            bent
+            + smooth.squared(self._node_slopes, self._share_slopes)
+            + self._bend_breakpoints(smooth)
         )
 
-    def _bend_joints(self, smooth: SmoothSum) -> Array:
-        """Return the part of a Hessian (p, p) due to the second derivatives of the joints.
+    def _bend_breakpoints(self, smooth: SmoothSum) -> Array:
+        """Return the part of a Hessian (p, p) due to the second derivatives of the breakpoints.
 
-        What a joint moves is the sum of its nodes and of their weights. It vanishes where no curve
+        What a breakpoint moves is the sum of its nodes and of their weights. It vanishes where no curve
         jumps.
         """
         count, size = len(self.breaks), len(self.response.names)
@@ -340,7 +350,9 @@ class CyclePanels:
         )
         if not len(moving):
             return np.zeros((size, size))
-        bent: Array = np.tensordot(pulls[moving], self.joints.acceleration(self.order[moving]), 1)
+        bent: Array = np.tensordot(
+            pulls[moving], self.breakpoints.acceleration(self.order[moving]), 1
+        )
         return bent
 
     # --- extremes
@@ -396,7 +408,7 @@ class CyclePanels:
 
     def _find_extremes(self, row: int) -> CycleExtrema:
         def slope(phi: Array) -> tuple[Array, Array]:
-            first, second = self.response.rates(self.at, self.fold(phi))
+            first, second = self.response.curves.rates(self.at, self.fold(phi))
             return first[row], second[row]
 
         places, rates, joined = self._probes(row)
@@ -417,14 +429,14 @@ class CyclePanels:
         outer = np.array([0, count - 1])[: len(ends)]
         place = np.concatenate([self.fold(np.concatenate([angles, self.breaks[kinks]])), ends])
         kind = np.concatenate([peaks, before[kinks] > 0, falls])
-        joint = np.concatenate(
+        breakpoint = np.concatenate(
             [np.full(len(angles), -1), self.order[kinks], np.full(len(ends), -1)]
         )
         panels = np.array(
             [[*inner, *((kinks - 1) % count), *outer], [*inner, *kinks, *outer]], dtype=np.int64
         )
         is_corner = self._find_corners(row, angles)
-        joint[: len(angles)][is_corner] = CORNER
+        breakpoint[: len(angles)][is_corner] = CORNER
         smooth = np.arange(len(place)) < len(angles)
         smooth[: len(angles)] = ~is_corner
         values = self._evaluate_extremes(row, place, kinks, len(angles))
@@ -434,13 +446,15 @@ class CyclePanels:
                 [place, self.fold(probes - ONE_SIDED_OFFSET), self.fold(probes + ONE_SIDED_OFFSET)]
             )
             kind = np.concatenate([kind, before[self.jumps] > 0, after[self.jumps] < 0])
-            joint = np.concatenate([joint, *[self.order[self.jumps]] * 2])
+            breakpoint = np.concatenate([breakpoint, *[self.order[self.jumps]] * 2])
             panels = np.hstack([panels, np.tile(np.concatenate([left, self.jumps]), (2, 1))])
             values = np.append(values, self.sides[row])
         beside_jump = np.arange(len(place)) >= len(smooth)
         smooth = np.append(smooth, np.zeros(len(place) - len(smooth), dtype=bool))
         order = np.argsort(place, kind="stable")
-        return CycleExtrema(place, kind, values, joint, smooth, beside_jump, panels).pick(order)
+        return CycleExtrema(place, kind, values, breakpoint, smooth, beside_jump, panels).pick(
+            order
+        )
 
     def _evaluate_extremes(self, row: int, places: Array, kinks: Integers, count: int) -> Array:
         """Return values at `count` smooth extremes, at kinks and at ends; at a kink that is not
@@ -448,7 +462,9 @@ class CyclePanels:
         """
         if not len(places):
             return np.empty(0)
-        values: Array = self.response.ends(self.at, places)[0][row].copy()
+        values: Array = self.response.curves.derivatives(self.at, places, is_loose=True)[0][
+            row
+        ].copy()
         at_kinks = slice(count, count + len(kinks))
         values[at_kinks] = np.where(
             np.isfinite(values[at_kinks]), values[at_kinks], self.end_values[row, kinks, 0]
@@ -462,7 +478,9 @@ class CyclePanels:
         if not len(angles):
             return np.zeros(0, dtype=bool)
         probes = np.concatenate([angles - ONE_SIDED_OFFSET, angles + ONE_SIDED_OFFSET])
-        before, after = np.split(self.response.rate(self.at, self.fold(probes))[1][row], 2)
+        before, after = np.split(
+            self.response.curves.derivatives(self.at, self.fold(probes))[1][row], 2
+        )
         steepest, largest = np.abs(self.node_rates[row]).max(), np.abs(self.values[row]).max()
         flags: Flags = np.abs(after - before) > max(CORNER_SHARE * steepest, LEVEL_SHARE * largest)
         return flags
@@ -482,39 +500,42 @@ class CyclePanels:
 
     def summarise(self, total: CurveSum, smooth: SmoothSum) -> ObjectiveSummary:
         """Return the summary of a sum."""
-        tops = np.array([self.top(side) for side in total.sides])
-        high, low = (sign * self.top(CurveSide(0, 0, sign)) for sign in (1, -1))
-        return total.summarise(smooth, tops, high, low)
+        tops = [self.top(side) for side in total.sides]
+        for jump in total.jumps:
+            before, after = np.split(self.sides[jump.row], 2)
+            tops.append(float(np.abs(after - before).max(initial=0.0)))
+        return total.summarise(smooth, np.array(tops))
 
     def row_slopes(
-        self, rows: Integers, angles: Array, joint: Integers
+        self, rows: Integers, angles: Array, breakpoint: Integers
     ) -> tuple[Array, Array, Array, Array]:
         """Return Jacobians (k, 1 + p) of curves in (phi, x), gradients along the points, where and
         how these move.
 
         A corner is where two branches have one value: both have the same gradient along its motion.
         """
-        at_joint, size = joint >= 0, len(self.response.names)
+        at_breakpoint, size = breakpoint >= 0, len(self.response.names)
         if not len(angles):
             return np.empty((0, 1 + size)), np.empty((0, size)), angles, np.empty((0, size))
         velocity = np.zeros((len(angles), size))
-        velocity[at_joint] = self.joints.velocity[joint[at_joint]]
+        velocity[at_breakpoint] = self.breakpoints.velocity[breakpoint[at_breakpoint]]
         place = angles.copy()
-        corner = joint == CORNER
+        corner = breakpoint == CORNER
         if corner.any():
             probes = np.concatenate(
                 [angles[corner] - ONE_SIDED_OFFSET, angles[corner] + ONE_SIDED_OFFSET]
             )
-            both = self.response.slopes(self.at, self.fold(probes))[1]
+            both = self.response.curves.slopes(self.at, self.fold(probes))[1]
             before, after = np.split(both[np.tile(rows[corner], 2), np.arange(len(probes))], 2)
             change = after - before
             velocity[corner] = -change[:, 1:] / change[:, :1]
             place[corner] += ONE_SIDED_OFFSET
-        at_joint[at_joint] = (
-            np.abs(angles[at_joint] - self.folded[joint[at_joint]]) < ONE_SIDED_OFFSET / 2
+        at_breakpoint[at_breakpoint] = (
+            np.abs(angles[at_breakpoint] - self.folded[breakpoint[at_breakpoint]])
+            < ONE_SIDED_OFFSET / 2
         )
-        place[at_joint] += ONE_SIDED_OFFSET
-        slopes = self.response.slopes(self.at, place)[1][rows, np.arange(len(place))]
+        place[at_breakpoint] += ONE_SIDED_OFFSET
+        slopes = self.response.curves.slopes(self.at, place)[1][rows, np.arange(len(place))]
         return slopes, gradients_along(slopes, velocity), place, velocity
 
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from planter.kernels import Array
 from planter.numerics.arrays import LastCallCache
-from planter.optimise.objective import LocalModel, ModelValues, find_tops
+from planter.optimise.objective import LocalModel, find_tops
 from planter.optimise.problem import Problem
 
 
@@ -26,12 +26,9 @@ class Epigraph:
         self.problem, self.local = problem, local
         self.free, self.n = problem.free, len(problem.free)
         first, self.groups = local.values(problem.design(u)), local.groups
-        self.ends, self.rows, self.holds = (
-            len(problem.objective.weights),
-            len(self.groups),
-            len(first.holds),
-        )
-        self.units, self.levels = problem.objective.units, problem.reference.look.tops
+        self.ends, self.rows = len(problem.objective.weights), len(self.groups)
+        first_rows = first[1 : 1 + self.rows]
+        self.units, self.levels = problem.objective.units, problem.reference.summary.tops
         self.row_units, self.row_levels = self.units[self.groups], self.levels[self.groups]
         self.weights = problem.objective.weights * self.units
         free = np.full(self.ends, np.inf)
@@ -40,7 +37,7 @@ class Epigraph:
         self.g_lower = np.append(np.full(self.rows, -np.inf), local.bounds[0])
         self.g_upper = np.append(np.zeros(self.rows), local.bounds[1])
         self.start = np.append(
-            u[self.free], (find_tops(first.rows, self.groups, self.ends) - self.levels) / self.units
+            u[self.free], (find_tops(first_rows, self.groups, self.ends) - self.levels) / self.units
         )
         self._values = LastCallCache(lambda z: local.values(self.design(z)))
 
@@ -59,31 +56,31 @@ class Epigraph:
     def f(self, z: Array) -> float:
         """Return the objective at z (n,)."""
         self.problem.counts.objective += 1
-        self.problem.record(self.point(z), self.local.look(self.design(z)))
+        self.problem.record(self.point(z), self.local.summarise(self.design(z)))
         level = float(self.problem.objective.weights @ self.levels)
         return (
-            level + float(self.weights @ z[self.n :]) + self._values(z).smooth
+            level + float(self.weights @ z[self.n :]) + float(self._values(z)[0])
         ) / self.problem.scale
 
     def gradient(self, z: Array) -> Array:
         """Return the gradient (n,) of the objective at z (n,)."""
         self.problem.counts.gradient += 1
-        smooth = self._scaled(self.local.slopes(self.design(z)).smooth)
+        smooth = self._scaled(self.local.slopes(self.design(z))[0])
         return np.append(smooth, self.weights) / self.problem.scale
 
     def g(self, z: Array) -> Array:
         """Return the constraints (m,) at z (n,)."""
         values = self._values(z)
-        rows = (values.rows - self.row_levels) / self.row_units - z[self.n :][self.groups]
-        return np.append(rows, values.holds)
+        rows, holds = np.split(values[1:], [self.rows])
+        rows = (rows - self.row_levels) / self.row_units - z[self.n :][self.groups]
+        return np.append(rows, holds)
 
     def jacobian(self, z: Array) -> Array:
         """Return the Jacobian (m, n) of g at z (n,)."""
-        slopes = self.local.slopes(self.design(z))
-        jacobian = np.zeros((self.rows + self.holds, self.n + self.ends))
-        jacobian[: self.rows, : self.n] = self._scaled(slopes.rows) / self.row_units[:, None]
+        slopes = self._scaled(self.local.slopes(self.design(z))[1:])
+        slopes[: self.rows] /= self.row_units[:, None]
+        jacobian = np.hstack([slopes, np.zeros((len(slopes), self.ends))])
         jacobian[np.arange(self.rows), self.n + self.groups] = -1
-        jacobian[self.rows :, : self.n] = self._scaled(slopes.holds)
         return jacobian
 
     def hessian(self, z: Array, weight: float, multipliers: Array) -> Array:
@@ -91,7 +88,7 @@ class Epigraph:
         self.problem.counts.hessian += 1
         width = self.problem.box.unit
         rows, holds = np.split(multipliers, [self.rows])
-        weights = ModelValues(weight / self.problem.scale, rows / self.row_units, holds)
+        weights = np.concatenate([[weight / self.problem.scale], rows / self.row_units, holds])
         curvature = self.local.curvature(self.design(z), weights) * np.outer(width, width)
         total = np.zeros((len(z), len(z)))
         total[: self.n, : self.n] = curvature[np.ix_(self.free, self.free)]

@@ -16,8 +16,6 @@ from planter.optimise.objective import (
     NO_ROWS,
     BreakpointHold,
     Conditions,
-    ModelGradients,
-    ModelValues,
     ObjectiveSummary,
 )
 
@@ -42,14 +40,14 @@ class SmoothObjective:
 
     def __init__(self, function: SmoothFunction, size: int, unit: float | None = None) -> None:
         self.function, self.unit = function, unit
-        self.felt: Flags = np.ones(size, dtype=bool)
+        self.sensitive: Flags = np.ones(size, dtype=bool)
         self.bounds = np.empty((2, 0))
         self._nothing = np.empty((0, size))
 
     def restart(self) -> None:
         """Forget nothing: a function depends on its design alone."""
 
-    def look(self, x: Array) -> ObjectiveSummary:
+    def summarise(self, x: Array) -> ObjectiveSummary:
         """Return the summary of the objective at a design x (p,)."""
         return ObjectiveSummary(self.function.value(x))
 
@@ -60,21 +58,21 @@ class SmoothObjective:
     def coarse(self, x: Array) -> None:
         """Return None: there are no samples."""
 
-    def grown(self, x: Array, tops: Array) -> SmoothObjective:
+    def extended(self, x: Array, tops: Array) -> SmoothObjective:
         """Return the model, which has no rows."""
         return self
 
-    def values(self, x: Array) -> ModelValues:
-        """Return the values of the smooth function, rows and holds at a design x (p,)."""
-        return ModelValues(self.function.value(x), NO_ROWS, NO_ROWS)
+    def values(self, x: Array) -> Array:
+        """Return the value (1,) at a design x (p,)."""
+        return np.array([self.function.value(x)])
 
-    def slopes(self, x: Array) -> ModelGradients:
-        """Return the gradients of the smooth function, rows and holds at a design x (p,)."""
-        return ModelGradients(self.function.gradient(x), self._nothing, self._nothing)
+    def slopes(self, x: Array) -> Array:
+        """Return the gradient (1, p) at a design x (p,)."""
+        return self.function.gradient(x)[None]
 
-    def curvature(self, x: Array, weights: ModelValues) -> Array:
-        """Return the weighted sum (p, p) of the Hessians at a design x (p,)."""
-        total: Array = weights.smooth * self.function.hessian(x)
+    def curvature(self, x: Array, weights: Array) -> Array:
+        """Return the Hessian (p, p), times its weight (1,)."""
+        total: Array = weights[0] * self.function.hessian(x)
         return total
 
     def conditions(self, x: Array) -> Conditions:
@@ -82,7 +80,7 @@ class SmoothObjective:
         nothing = self._nothing
         return Conditions(NO_ROWS, NO_GROUPS, nothing, self.function.gradient(x), nothing)
 
-    def flat(self, x: Array) -> Array:
+    def null_space(self, x: Array) -> Array:
         """Return the directions (k, p) to which the objective is insensitive at a design, to first
         order.
         """

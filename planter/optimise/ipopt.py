@@ -1,13 +1,13 @@
 """Interface to IPOPT through CasADi, for nonlinear programmes with exact first and second
 derivatives.
 
-CasADi receives the functions (`grad_f`, `jac_g`, `hess_lag`) as callbacks or compiled, so that it
+CasADi receives the functions (`grad_f`, `jac_g`, `hess_lag`) as callbacks, so that it
 differentiates nothing itself. The linear solver is MUMPS, which comes with CasADi.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -15,7 +15,6 @@ import casadi as ca
 import numpy as np
 
 from planter.kernels import Array
-from planter.kernels.backends import defer_interrupt
 
 IPOPT_OPTIONS: dict[str, Any] = {
     "print_level": 0,
@@ -71,15 +70,12 @@ class NonlinearProgram(Protocol):
 class IpoptSolution:
     """Last point z (n,) of IPOPT, with the multipliers of the constraints (m,), positive at upper
     bounds.
-
-    `calls` are the numbers of evaluations of `nlp_f`, `nlp_grad_f` and `nlp_hess_l`.
     """
 
     z: Array
     multipliers: Array
     converged: bool
     iterations: int
-    calls: dict[str, int]
 
 
 class _Function(ca.Callback):
@@ -159,16 +155,14 @@ def solve_program(
     programme: NonlinearProgram,
     start: Array,
     most_iterations: int = 100,
-    compiled: Mapping[str, ca.Function] | None = None,
     tolerance: float | None = None,
 ) -> IpoptSolution:
     """Return the local minimum from `start` (n,), or the last point if `converged` is false.
 
-    `compiled` are `nlp`, `grad_f`, `jac_g` and `hess_lag` as CasADi functions, used instead of
-    those of the programme. Raises the exceptions of the functions, including KeyboardInterrupt.
+    Raises the exceptions of the functions, including KeyboardInterrupt.
     """
     failures: list[BaseException] = []
-    functions = compiled or _build_functions(programme, failures)
+    functions = _build_functions(programme, failures)
     derivatives = {key: function for key, function in functions.items() if key != "nlp"}
     tolerances = ("tol", "constr_viol_tol", "compl_inf_tol")
     coarse = (
@@ -186,14 +180,9 @@ def solve_program(
         "lbg": programme.g_lower,
         "ubg": programme.g_upper,
     }
-    solution = (
-        defer_interrupt(lambda: solver(x0=start, **bounds))
-        if compiled
-        else solver(x0=start, **bounds)
-    )
+    solution = solver(x0=start, **bounds)
     if failures:
         raise failures[0]
     stats = solver.stats()
     z, constraints = (np.asarray(solution[key], dtype=float)[:, 0] for key in ("x", "lam_g"))
-    calls = {name: int(stats[f"n_call_{name}"]) for name in ("nlp_f", "nlp_grad_f", "nlp_hess_l")}
-    return IpoptSolution(z, constraints, bool(stats["success"]), int(stats["iter_count"]), calls)
+    return IpoptSolution(z, constraints, bool(stats["success"]), int(stats["iter_count"]))

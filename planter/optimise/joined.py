@@ -5,7 +5,6 @@ another.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from functools import cached_property
 from typing import Protocol
 
@@ -18,8 +17,6 @@ from planter.optimise.objective import (
     Conditions,
     Kinks,
     LocalModel,
-    ModelGradients,
-    ModelValues,
     ObjectiveSummary,
 )
 from planter.optimise.range_variance import InsensitiveDirections, find_insensitive
@@ -42,7 +39,7 @@ class ObjectivePart(Protocol):
     def restart(self) -> None:
         """Forget all designs so far."""
 
-    def look(self, x: Array) -> ObjectiveSummary:
+    def summarise(self, x: Array) -> ObjectiveSummary:
         """Return the summary at a design x (p,)."""
 
     def local(self, x: Array, holds: Sequence[BreakpointHold] = ()) -> LocalModel:
@@ -93,11 +90,11 @@ class JoinedObjective:
             part.restart()
 
     @cached_property
-    def felt(self) -> Flags:
+    def sensitive(self) -> Flags:
         """Parameters on which the curves depend at their own design, (p,)."""
         return ~self._insensitive(self.design).zero
 
-    def flat(self, x: Array) -> Array:
+    def null_space(self, x: Array) -> Array:
         """Return the directions (k, p) to which the objective is insensitive at a design, to first
         order.
         """
@@ -106,9 +103,9 @@ class JoinedObjective:
     def _insensitive(self, x: Array) -> InsensitiveDirections:
         return find_insensitive(self.names, np.vstack([part.columns(x) for part in self.parts]))
 
-    def look(self, x: Array) -> ObjectiveSummary:
+    def summarise(self, x: Array) -> ObjectiveSummary:
         """Return the summary of the objective at a design x (p,)."""
-        return join_summaries([part.look(x) for part in self.parts])
+        return join_summaries([part.summarise(x) for part in self.parts])
 
     def local(self, x: Array, holds: Sequence[BreakpointHold] = ()) -> LocalModel:
         """Return the local model of the objective near a design x (p,)."""
@@ -145,13 +142,9 @@ class JoinedObjective:
 
 
 def join_summaries(summaries: Sequence[ObjectiveSummary]) -> ObjectiveSummary:
-    """Return the summary of a sum of objectives, with what is known of the first curve of the
-    first.
-    """
-    smooth = sum(summary.smooth for summary in summaries)
-    return replace(
-        summaries[0], smooth=smooth, tops=np.concatenate([summary.tops for summary in summaries])
-    )
+    """Return the summary of a sum of objectives."""
+    smooth = float(sum(summary.smooth for summary in summaries))
+    return ObjectiveSummary(smooth, np.concatenate([summary.tops for summary in summaries]))
 
 
 def _find_firsts(counts: Sequence[int]) -> list[int]:
@@ -169,43 +162,36 @@ class JoinedModel:
             [m.groups + first for m, first in zip(self.models, firsts, strict=True)]
         )
         self.bounds = np.hstack([model.bounds for model in self.models])
+        sizes = [(1, len(model.groups), model.bounds.shape[1]) for model in self.models]
+        kinds = np.tile(np.arange(3), len(sizes)).repeat(np.ravel(sizes))
+        self._ends = np.cumsum([sum(size) for size in sizes])[:-1]
+        self._smooth = kinds == 0
+        self._rest = np.argsort(kinds, kind="stable")[len(sizes) :]  # rows, then holds
 
-    def look(self, x: Array) -> ObjectiveSummary:
+    def summarise(self, x: Array) -> ObjectiveSummary:
         """Return the summary of the objective at a design x (p,)."""
-        return join_summaries([model.look(x) for model in self.models])
+        return join_summaries([model.summarise(x) for model in self.models])
 
-    def grown(self, x: Array, tops: Array) -> JoinedModel:
+    def extended(self, x: Array, tops: Array) -> JoinedModel:
         """Return a copy which also has the rows that exceed the tops (g,) of their groups."""
         parts = np.split(tops, np.cumsum(self.counts)[:-1])
-        return JoinedModel(
-            [m.grown(x, part) for m, part in zip(self.models, parts, strict=True)], self.counts
-        )
+        models = [m.extended(x, part) for m, part in zip(self.models, parts, strict=True)]
+        return JoinedModel(models, self.counts)
 
-    def values(self, x: Array) -> ModelValues:
-        """Return the values of the smooth function, rows and holds at a design x (p,)."""
-        values = [model.values(x) for model in self.models]
-        rows, holds = (
-            np.concatenate([getattr(v, name) for v in values]) for name in ("rows", "holds")
-        )
-        return ModelValues(float(sum(v.smooth for v in values)), rows, holds)
+    def values(self, x: Array) -> Array:
+        """Return the smooth value, the rows and the holds at a design x (p,)."""
+        values = np.concatenate([model.values(x) for model in self.models])
+        return np.append(values[self._smooth].sum(), values[self._rest])
 
-    def slopes(self, x: Array) -> ModelGradients:
-        """Return the gradients of the smooth function, rows and holds at a design x (p,)."""
-        slopes = [model.slopes(x) for model in self.models]
-        rows, holds = (np.vstack([getattr(s, name) for s in slopes]) for name in ("rows", "holds"))
-        return ModelGradients(np.sum([s.smooth for s in slopes], axis=0), rows, holds)
+    def slopes(self, x: Array) -> Array:
+        """Return their gradients (n, p) at a design x (p,)."""
+        slopes = np.vstack([model.slopes(x) for model in self.models])
+        return np.vstack([slopes[self._smooth].sum(axis=0), slopes[self._rest]])
 
-    def curvature(self, x: Array, weights: ModelValues) -> Array:
-        """Return the weighted sum (p, p) of the Hessians at a design x (p,)."""
-        rows = np.split(weights.rows, np.cumsum([len(model.groups) for model in self.models])[:-1])
-        holds = np.split(
-            weights.holds, np.cumsum([model.bounds.shape[1] for model in self.models])[:-1]
-        )
-        total: Array = np.sum(
-            [
-                model.curvature(x, ModelValues(weights.smooth, of_rows, of_holds))
-                for model, of_rows, of_holds in zip(self.models, rows, holds, strict=True)
-            ],
-            axis=0,
-        )
+    def curvature(self, x: Array, weights: Array) -> Array:
+        """Return the sum (p, p) of their Hessians with weights (n,)."""
+        each = np.full(len(self._smooth), weights[0])
+        each[self._rest] = weights[1:]
+        parts = zip(self.models, np.split(each, self._ends), strict=True)
+        total: Array = np.sum([model.curvature(x, part) for model, part in parts], axis=0)
         return total

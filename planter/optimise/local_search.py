@@ -24,10 +24,10 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-import scipy
 
 from planter.errors import ComputationError
 from planter.kernels import Array
+from planter.numerics.latin_hypercube import draw_latin_hypercube
 from planter.optimise import certificate, ipopt, sqp
 from planter.optimise.constraints import FEASIBILITY_TOLERANCE, ConstrainedModel
 from planter.optimise.epigraph import Epigraph
@@ -35,7 +35,7 @@ from planter.optimise.feasibility import minimise_violation
 from planter.optimise.objective import BreakpointHold, Kinks, LocalModel, ObjectiveEvaluation
 from planter.optimise.problem import BestPoint, ClosestPoint, Counts, Problem
 from planter.optimise.sampled_cycle import WALL_MARGIN
-from planter.parallel.jobs import Jobs, run_in_order
+from planter.parallel.jobs import run_in_order
 from planter.parallel.task import AUTO, Means, Task
 from planter.progress import Listener, ProgressPhase
 
@@ -159,24 +159,19 @@ def _search_by_ipopt(
     u, iterations, minima = start, 0, []
     for _ in range(rounds):
         programme = Epigraph(problem, local, u)
-        solution = _solve_epigraph(programme, most_iterations)
+        solution = ipopt.solve_program(programme, programme.start, most_iterations)
         iterations += solution.iterations
         u = problem.box.inside(programme.point(solution.z))
         minima.append(
             replace(_snap_to_bounds(problem, u, iterations), converged=solution.converged)
         )
         tops = programme.tops(solution.z, VIOLATION_TOLERANCE)
-        complete = bool((minima[-1].evaluation.look.tops <= tops).all())
+        complete = bool((minima[-1].evaluation.summary.tops <= tops).all())
         if minima[-1].stationary or complete or not solution.converged:
             break
-        local = local.grown(problem.design(u), tops)
+        local = local.extended(problem.design(u), tops)
     best = min(minima, key=lambda minimum: minimum.rank)
     return replace(best, iterations=iterations)
-
-
-def _solve_epigraph(programme: Epigraph, most_iterations: int) -> ipopt.IpoptSolution:
-    """Solve by IPOPT."""
-    return ipopt.solve_program(programme, programme.start, most_iterations)
 
 
 def _search_cells(
@@ -259,9 +254,8 @@ def sample_starts(problem: Problem, count: int, seed: int) -> list[Array]:
     first = problem.complete(problem.start)
     if count < 2:
         return [first]
-    cube = scipy.stats.qmc.LatinHypercube(
-        len(problem.independent), seed=np.random.default_rng(seed)
-    ).random(count - 1)
+    generator = np.random.default_rng(seed)
+    cube = draw_latin_hypercube(count - 1, len(problem.independent), generator)
     return [first, *(problem.interpolate(v) for v in cube)]
 
 
@@ -338,12 +332,10 @@ def search_from_starts(
     progress: Listener | None = None,
     task: Task | None = None,
     means: Means = AUTO,
-    under_way: Jobs | None = None,
 ) -> Iterator[LocalMinimum]:
     """Yield the local minima from `count` sampled points of the box; see `find_minima`."""
     phase = ProgressPhase("ipopt", "start", count, progress)
-    descents = list_descents(problem, count, seed) if under_way is None else ()
-    return find_minima(problem, descents, phase, task, means, under_way)
+    return find_minima(problem, list_descents(problem, count, seed), phase, task, means)
 
 
 def find_minima(
@@ -352,30 +344,22 @@ def find_minima(
     phase: ProgressPhase,
     task: Task | None = None,
     means: Means = AUTO,
-    under_way: Jobs | None = None,
 ) -> Iterator[LocalMinimum]:
     """Yield the local minima of descents in their order, as they become available.
 
     An infeasible start is first moved to a minimum of the violation; failed searches are omitted.
-    Workers run the searches of a task, or of the jobs `under_way`. Raises ComputationError if every
-    search fails.
+    Workers run the searches of a task. Raises ComputationError if every search fails.
     """
     problem.heard = phase.report_if_slow
     minima, error = 0, None
-
-    def join(descent: SearchRecord) -> LocalMinimum | ComputationError:
-        return descent.join(problem)
-
-    def wait() -> None:
-        phase.report_if_slow(problem.best_objective)
-
-    ends: Iterator[LocalMinimum | ComputationError]
-    if under_way is None:
-        ends = run_in_order(
-            task, descents, means, lambda descent: _descend(problem, descent), join, wait
-        )
-    else:
-        ends = map(join, under_way.in_order(wait))
+    ends = run_in_order(
+        task,
+        descents,
+        means,
+        lambda descent: _descend(problem, descent),
+        lambda record: record.join(problem),
+        lambda: phase.report_if_slow(problem.best_objective),
+    )
     for done, end in enumerate(ends, 1):
         if isinstance(end, ComputationError):
             error = end

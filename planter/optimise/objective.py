@@ -9,7 +9,6 @@ peaks and of valleys.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Protocol
@@ -25,38 +24,10 @@ NO_GROUPS: Integers = np.empty(0, dtype=np.int64)
 
 @dataclass(frozen=True)
 class ObjectiveSummary:
-    """Smooth value and largest row of each group (g,) at a design, and what is known of its first
-    curve.
-    """
+    """Smooth value and largest row of each group (g,) at a design."""
 
     smooth: float
     tops: Array = field(default_factory=lambda: NO_ROWS)
-    high: float = -math.inf
-    low: float = math.inf
-    mean: float = math.nan
-    variance: float = math.nan
-
-    @property
-    def range(self) -> float:
-        return max(self.high - self.low, 0.0)
-
-
-@dataclass(frozen=True)
-class ModelValues:
-    """Smooth value, rows (r,), and bounded functions (k,); or weights of these."""
-
-    smooth: float
-    rows: Array
-    holds: Array
-
-
-@dataclass(frozen=True)
-class ModelGradients:
-    """Gradients of `ModelValues` in the design: (p,), (r, p), (k, p)."""
-
-    smooth: Array
-    rows: Array
-    holds: Array
 
 
 @dataclass(frozen=True)
@@ -76,10 +47,10 @@ class BreakpointHold:
 
 
 class LocalModel(Protocol):
-    """Functions that are smooth near a design, with a fixed set of rows.
+    """Functions that are smooth near a design: the smooth value, a fixed set of rows, and holds.
 
     `groups` (r,) are the groups of the rows, `bounds` (2, k) the lower and upper bounds of the
-    `holds` of the values.
+    holds: there are n = 1 + r + k functions.
     """
 
     @property
@@ -87,22 +58,22 @@ class LocalModel(Protocol):
     @property
     def bounds(self) -> Array: ...
 
-    def look(self, x: Array) -> ObjectiveSummary:
+    def summarise(self, x: Array) -> ObjectiveSummary:
         """Return the summary of the objective at a design x (p,)."""
 
-    def grown(self, x: Array, tops: Array) -> LocalModel:
+    def extended(self, x: Array, tops: Array) -> LocalModel:
         """Return a copy which also has the rows that exceed the tops (g,) of their groups at x
         (p,).
         """
 
-    def values(self, x: Array) -> ModelValues:
-        """Return the values of the smooth function, rows and holds at a design x (p,)."""
+    def values(self, x: Array) -> Array:
+        """Return the functions (n,) at a design x (p,)."""
 
-    def slopes(self, x: Array) -> ModelGradients:
-        """Return the gradients of the smooth function, rows and holds at a design x (p,)."""
+    def slopes(self, x: Array) -> Array:
+        """Return their gradients (n, p) at a design x (p,)."""
 
-    def curvature(self, x: Array, weights: ModelValues) -> Array:
-        """Return the weighted sum (p, p) of the Hessians of all `values`."""
+    def curvature(self, x: Array, weights: Array) -> Array:
+        """Return the sum (p, p) of their Hessians with weights (n,)."""
 
 
 @dataclass(frozen=True)
@@ -127,7 +98,7 @@ class ObjectiveEvaluation:
     """The objective at a design and the summary from which it is computed."""
 
     objective: float
-    look: ObjectiveSummary
+    summary: ObjectiveSummary
 
 
 class Kinks(Protocol):
@@ -148,7 +119,7 @@ class Objective(Protocol):
     """Objective of designs x (p,): smooth + weights (g,) . largest rows of the groups.
 
     `units` (g,) are what counts as one in the rows, `unit` that of residuals and tolerances, None
-    for the value at the initial design. `felt` (p,) marks the parameters that affect the objective.
+    for the value at the initial design. `sensitive` (p,) marks the parameters that affect the objective.
     `windows` is true if the rows move with the design, so that a set of them does not serve a
     complete local search. `kinks` is None if all is differentiable.
     """
@@ -160,7 +131,7 @@ class Objective(Protocol):
     @property
     def unit(self) -> float | None: ...
     @property
-    def felt(self) -> Flags: ...
+    def sensitive(self) -> Flags: ...
     @property
     def windows(self) -> bool: ...
     @property
@@ -169,7 +140,7 @@ class Objective(Protocol):
     def restart(self) -> None:
         """Forget all designs so far, on which the last digits may depend."""
 
-    def look(self, x: Array) -> ObjectiveSummary:
+    def summarise(self, x: Array) -> ObjectiveSummary:
         """Return the summary of the objective at a design x (p,)."""
 
     def local(self, x: Array, holds: Sequence[BreakpointHold] = ()) -> LocalModel:
@@ -181,7 +152,7 @@ class Objective(Protocol):
     def conditions(self, x: Array) -> Conditions:
         """Return first-order data at a design x (p,), with gradients in the design."""
 
-    def flat(self, x: Array) -> Array:
+    def null_space(self, x: Array) -> Array:
         """Return the directions (k, p) to which the objective is insensitive at a design, to first
         order.
         """
@@ -194,9 +165,9 @@ def find_tops(rows: Array, groups: Integers, count: int) -> Array:
     return tops
 
 
-def evaluate_summary(objective: Objective, look: ObjectiveSummary) -> ObjectiveEvaluation:
+def evaluate_summary(objective: Objective, summary: ObjectiveSummary) -> ObjectiveEvaluation:
     """Return the evaluation of an objective from its summary at a design."""
-    return ObjectiveEvaluation(float(objective.weights @ look.tops) + look.smooth, look)
+    return ObjectiveEvaluation(float(objective.weights @ summary.tops) + summary.smooth, summary)
 
 
 def find_gradient(objective: Objective, x: Array) -> Array:
@@ -210,3 +181,16 @@ def find_gradient(objective: Objective, x: Array) -> Array:
         if len(rows):
             gradient += weight * conditions.gradients[rows[conditions.rows[rows].argmax()]]
     return gradient
+
+
+def find_hessian(objective: Objective, x: Array) -> Array:
+    """Return the Hessian (p, p) of an objective at a design, with the largest rows as they are
+    there.
+    """
+    local = objective.local(x)
+    values = local.values(x)
+    weights = np.append(1.0, np.zeros(len(values) - 1))
+    for group, weight in enumerate(objective.weights):
+        rows = 1 + np.flatnonzero(local.groups == group)
+        weights[rows[values[rows].argmax()]] = weight
+    return local.curvature(x, weights)

@@ -9,14 +9,15 @@ Algorithms in Search, Optimization, and Machine Learning).
 
 The method `ga` is the genetic algorithm, `ipopt` runs local searches from several starts, and
 `hybrid` runs both, adds local searches from the best individuals and returns the best point. With
-the same seed, it is never worse than either.
+the same seed, it is never worse than either. `auto` runs the local searches, and the rest of
+`hybrid` only where fewer than a third of the starts agree on the optimum.
 """
 
 from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from contextlib import AbstractContextManager, nullcontext, suppress
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Literal, Protocol
 
@@ -37,7 +38,6 @@ from planter.optimise.local_search import (
 )
 from planter.optimise.problem import BestPoint, ClosestPoint, Problem
 from planter.optimise.result import Candidates, OptimiserResult, build_result
-from planter.parallel.jobs import Jobs
 from planter.parallel.task import AUTO, Means, Task
 from planter.progress import Listener, ProgressPhase
 
@@ -129,7 +129,7 @@ def breed_offspring(
 
 def _evaluate(problem: Problem, chromosomes: Bits, length: int) -> Array:
     """Return the merits (n,) of chromosomes (n, independent * length)."""
-    return np.array([problem.merit(u) for u in decode_points(problem, chromosomes, length)])
+    return problem.merits(decode_points(problem, chromosomes, length))
 
 
 def decode_points(problem: Problem, bits: Bits, length: int) -> list[Array]:
@@ -159,8 +159,10 @@ def select_distinct(
     return chosen
 
 
-Method = Literal["hybrid", "ipopt", "ga"]
-METHODS: tuple[Method, ...] = ("hybrid", "ipopt", "ga")
+Method = Literal["auto", "hybrid", "ipopt", "ga"]
+METHODS: tuple[Method, ...] = ("auto", "hybrid", "ipopt", "ga")
+SHARE_AGREEING = 1 / 3
+"""Share of the starts that must agree for `auto` to do without the genetic algorithm."""
 MAX_POLISHED = 3
 """Maximum number of individuals from which local searches start."""
 MIN_SEPARATION = 0.02
@@ -170,8 +172,7 @@ MIN_SEPARATION = 0.02
 class OptimiserRun:
     """One run of a method on a problem; each part has its own counts and its own history.
 
-    Workers run the descents of the task as `means` says; those of `hybrid` begin before the genetic
-    algorithm if `early` says what runs them.
+    Workers run the descents of the task as `means` says.
     """
 
     def __init__(
@@ -183,14 +184,12 @@ class OptimiserRun:
         progress: Listener | None = None,
         task: Task | None = None,
         means: Means = AUTO,
-        early: Means | None = None,
     ) -> None:
-        self.task, self.means, self.early = task, means, early
+        self.task, self.means = task, means
         self.settings, self.seed, self.starts, self.progress = settings, seed, starts, progress
         self.ga, self.ipopt, self.polish = (problem.anew() for _ in range(3))
         self.minima: list[LocalMinimum] = []
         self.begun = time.perf_counter()
-        self._jobs: Jobs | None = None
         self._candidates: list[Array] = []
 
     def run(self, method: Method, candidates: Sequence[Array] = ()) -> OptimiserResult:
@@ -200,26 +199,21 @@ class OptimiserRun:
         fails.
         """
         self._candidates, reached = list(candidates), list(candidates)
-        individuals: list[Individual] = []
-        with self._begin_descents(method) as self._jobs:
-            if method in ("ga", "hybrid"):
-                self.ga.restart()
-                individuals = search_genetically(self.ga, self.settings, self.seed, self.progress)
-                reached.append(individuals[0].u)
-            if method in ("ipopt", "hybrid"):
-                self._descend()
-                reached += [minimum.u for minimum in self.minima]
-            if method == "hybrid":
-                reached += self._polish(select_distinct(individuals, MAX_POLISHED, MIN_SEPARATION))
+        individuals = self._search_genetically() if method in ("ga", "hybrid") else []
+        if method != "ga":
+            self._descend()
+        if method == "auto" and self._starts_disagree():
+            individuals = self._search_genetically()
+        reached += [individual.u for individual in individuals[:1]]
+        reached += [minimum.u for minimum in self.minima]
+        if method != "ga" and individuals:
+            reached += self._polish(select_distinct(individuals, MAX_POLISHED, MIN_SEPARATION))
         return self._result(method, reached)
 
     def so_far(self, method: Method) -> OptimiserResult | None:
         """Return the best point of an interrupted run, or None if no feasible point was
         evaluated.
         """
-        for descent in [] if self._jobs is None else self._jobs.results():
-            if isinstance(end := descent.join(self.ipopt), LocalMinimum):
-                self.minima.append(end)
         reached = [problem.best.u for problem in self._problems if problem.best is not None]
         reached += [minimum.u for minimum in self.minima]
         reached = [u for u in (*self._candidates, *reached) if self.polish.is_feasible(u)]
@@ -227,34 +221,40 @@ class OptimiserRun:
 
     def best(self) -> BestPoint | None:
         """Return the best point that any part has met so far."""
-        rest = [] if self._jobs is None else self._jobs.results()
-        met = [descent.best for descent in rest if descent.best is not None]
-        met += [problem.best for problem in self._problems if problem.best is not None]
+        met = [problem.best for problem in self._problems if problem.best is not None]
         return min(met, key=lambda best: best.objective, default=None)
 
     def closest(self) -> ClosestPoint | None:
         """Return the point that violates the constraints least of all that any part has met so
         far.
         """
-        rest = [] if self._jobs is None else self._jobs.results()
-        met = [part.closest for part in (*rest, *self._problems) if part.closest is not None]
+        met = [problem.closest for problem in self._problems if problem.closest is not None]
         return min(met, key=lambda closest: closest.violation, default=None)
 
-    def _begin_descents(self, method: Method) -> AbstractContextManager[Jobs | None]:
-        """Start the jobs of the local searches; return None if they follow the genetic
-        algorithm.
-        """
-        if method != "hybrid" or self.task is None or self.early is None:
-            return nullcontext()
-        return Jobs(self.task, list_descents(self.ipopt, self.starts, self.seed), self.early)
+    def _search_genetically(self) -> list[Individual]:
+        self.ga.restart()
+        return search_genetically(self.ga, self.settings, self.seed, self.progress)
 
     def _descend(self) -> None:
         minima = search_from_starts(
-            self.ipopt, self.starts, self.seed, self.progress, self.task, self.means, self._jobs
+            self.ipopt, self.starts, self.seed, self.progress, self.task, self.means
         )
         for minimum in minima:
             self.minima.append(minimum)
         self._repeat_descents()
+
+    def _list_disagreeing(self) -> list[int]:
+        """Return the descents that ended above the best, none if some failed, so that the others
+        cannot be told apart.
+        """
+        reached = [m.objective for m in self.minima if m.violation <= FEASIBILITY_TOLERANCE]
+        if len(self.minima) < self.starts or not reached:
+            return []
+        limit = min(reached) + AGREEMENT_TOLERANCE * self.ipopt.scale
+        return [k for k, minimum in enumerate(self.minima) if minimum.objective > limit]
+
+    def _starts_disagree(self) -> bool:
+        return self.starts - len(self._list_disagreeing()) < SHARE_AGREEING * self.starts
 
     def _repeat_descents(self) -> None:
         """Repeat the descents that ended above the best, with a glide if they had none, else
@@ -262,36 +262,22 @@ class OptimiserRun:
 
         The better minimum of each start counts.
         """
-        reached = [m.objective for m in self.minima if m.violation <= FEASIBILITY_TOLERANCE]
-        if len(self.minima) < self.starts or not reached:
-            return  # some descents failed, so that the others cannot be told apart
-        best = min(reached)
-        limit = best + AGREEMENT_TOLERANCE * self.ipopt.scale
-        descents = list_descents(self.ipopt, self.starts, self.seed)
-        again = [k for k, each in enumerate(descents) if self.minima[k].objective > limit]
+        again = self._list_disagreeing()
         if not again:
             return
+        descents = list_descents(self.ipopt, self.starts, self.seed)
         phase = ProgressPhase("ipopt again", "start", len(again), self.progress)
         repeated = [replace(descents[k], glides=not descents[k].glides) for k in again]
-        if self._jobs is not None:
-            self._jobs.add(repeated)
         with suppress(ComputationError):
-            minima = list(
-                find_minima(self.ipopt, repeated, phase, self.task, self.means, self._jobs)
-            )
+            minima = list(find_minima(self.ipopt, repeated, phase, self.task, self.means))
             for k, minimum in zip(again, minima, strict=False):
                 self.minima[k] = min(self.minima[k], minimum, key=lambda each: each.rank)
 
     def _polish(self, individuals: Sequence[Individual]) -> list[Array]:
         """Return the local minima near individuals, points u (p,)."""
-        phase, starts = (
-            ProgressPhase("polish", "individual", len(individuals), self.progress),
-            [Descent(individual.u) for individual in individuals],
-        )
-        if self._jobs is not None:
-            self._jobs.add(starts)
-        minima = find_minima(self.polish, starts, phase, self.task, self.means, self._jobs)
-        return [minimum.u for minimum in minima]
+        phase = ProgressPhase("polish", "individual", len(individuals), self.progress)
+        starts = [Descent(individual.u) for individual in individuals]
+        return [m.u for m in find_minima(self.polish, starts, phase, self.task, self.means)]
 
     @property
     def _problems(self) -> tuple[Problem, Problem, Problem]:

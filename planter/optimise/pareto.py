@@ -16,18 +16,11 @@ from planter.kernels import Array
 from planter.optimise import ipopt
 from planter.optimise.epigraph import Epigraph
 from planter.optimise.local_search import MAX_ROW_ROUNDS, VIOLATION_TOLERANCE, search_from_starts
-from planter.optimise.objective import LocalModel, ObjectiveEvaluation
+from planter.optimise.objective import LocalModel
 from planter.optimise.problem import Problem
-from planter.optimise.range_variance import Sampling
-from planter.optimise.range_variance import build_range_problem as over_turn
-from planter.optimise.response import CycleResponse
-from planter.optimise.variance import Weights
 from planter.progress import Listener, ProgressPhase
 
-RANGE_ONLY, VARIANCE_ONLY = Weights(1.0, 0.0, "paper"), Weights(0.0, 1.0, "paper")
 STARTS = 4
-FRONT_POINTS = 5
-"""Default number of points on the front of a machine."""
 CAP_MARGIN = 1e-6
 """Distance of the caps from the ends of the front, as a share of its length; the ends leave no
 freedom.
@@ -36,10 +29,22 @@ freedom.
 
 @dataclass(frozen=True)
 class ParetoPoint:
-    """A design x (p,) [SI] on the front and its evaluation, with the variance as objective."""
+    """A design x (p,) [SI] on the front, its range and its variance."""
 
     design: Array
-    evaluation: ObjectiveEvaluation
+    range: float
+    variance: float
+
+    @classmethod
+    def at(cls, problem: Problem, u: Array) -> ParetoPoint:
+        """Return a point u (p,) of a problem whose groups have the extremes as rows."""
+        summary = problem.evaluate(u).summary
+        return cls(problem.design(u), max(float(summary.tops.sum()), 0.0), summary.smooth)
+
+    def dominates(self, other: ParetoPoint) -> bool:
+        """Return whether this point is nowhere worse than another, and somewhere better."""
+        pair, theirs = (self.range, self.variance), (other.range, other.variance)
+        return pair != theirs and all(a <= b for a, b in zip(pair, theirs, strict=True))
 
 
 class CappedEpigraph(Epigraph):
@@ -65,47 +70,39 @@ class CappedEpigraph(Epigraph):
 
 
 def trace_pareto_front(
-    response: CycleResponse, sampling: Sampling, points: int = 15, progress: Listener | None = None
+    of_variance: Problem, of_range: Problem, points: int = 15, progress: Listener | None = None
 ) -> list[ParetoPoint]:
     """Return a front of at most `points` designs, evenly spaced in range, from minimum range to
     minimum variance.
 
-    Each end is the best of several local searches; every other point starts from the previous one.
-    Caps for which IPOPT does not converge and dominated designs are omitted. If both ends have the
-    same range, the front is one design. `progress` receives the variance [N2].
+    The problem of the variance has the extremes as groups of weight zero. Each end is the best of
+    several local searches; every other point starts from the previous one. Caps for which IPOPT
+    does not converge and dominated designs are omitted. If both ends have the same range, the front
+    is one design. `progress` receives the variance.
     """
-    problem = over_turn(response, VARIANCE_ONLY, sampling)
-    u = _minimise_globally(over_turn(response, RANGE_ONLY, sampling), progress)
-    other = _minimise_globally(problem, progress)
-    min_range, max_range = (problem.evaluate(end).look.range for end in (u, other))
-    if max_range - min_range <= VIOLATION_TOLERANCE * max_range:
-        return [ParetoPoint(problem.design(other), problem.evaluate(other))]
-    caps = min_range + (max_range - min_range) * np.linspace(
-        CAP_MARGIN, 1 - CAP_MARGIN, max(points, 2)
-    )
-    front, phase = [], ProgressPhase("front", "point", len(caps), progress)
+    u, other = (_minimise_globally(problem, progress) for problem in (of_range, of_variance))
+    low, high = (ParetoPoint.at(of_variance, end) for end in (u, other))
+    if high.range - low.range <= VIOLATION_TOLERANCE * high.range:
+        return [high]
+    shares = np.linspace(CAP_MARGIN, 1 - CAP_MARGIN, max(points, 2))
+    caps = low.range + (high.range - low.range) * shares
+    front, phase = list[ParetoPoint](), ProgressPhase("front", "point", len(caps), progress)
     for count, cap in enumerate(caps, 1):
-        reached = _minimise_capped(problem, u, float(cap))
+        reached = _minimise_capped(of_variance, u, float(cap))
         if reached is not None:
             u = reached
-            front.append(ParetoPoint(problem.design(u), problem.evaluate(u)))
-        phase.report(count, best=front[-1].evaluation.objective if front else None)
-    return [
-        point
-        for point in front
-        if not any(_dominates(other.evaluation, point.evaluation) for other in front)
-    ]
+            front.append(ParetoPoint.at(of_variance, u))
+        phase.report(count, best=front[-1].variance if front else None)
+    return [point for point in front if not any(other.dominates(point) for other in front)]
 
 
 def _minimise_globally(problem: Problem, progress: Listener | None) -> Array:
-    return min(
-        search_from_starts(problem, STARTS, seed=0, progress=progress),
-        key=lambda minimum: minimum.objective,
-    ).u
+    minima = search_from_starts(problem, STARTS, seed=0, progress=progress)
+    return min(minima, key=lambda minimum: minimum.objective).u
 
 
 def _minimise_capped(problem: Problem, start: Array, cap: float) -> Array | None:
-    """Return the point (p,) of minimum variance with a range of at most `cap` [N], or None without
+    """Return the point (p,) of minimum variance with a range of at most `cap`, or None without
     convergence.
     """
     u, local = start, problem.local(start)
@@ -113,20 +110,8 @@ def _minimise_capped(problem: Problem, start: Array, cap: float) -> Array | None
         programme = CappedEpigraph(problem, local, u, cap)
         solution = ipopt.solve_program(programme, programme.start, problem.most_iterations)
         u = problem.box.inside(programme.point(solution.z))
-        tops = programme.tops(solution.z)
-        if (
-            solution.converged
-            and problem.evaluate(u).look.range <= cap + VIOLATION_TOLERANCE * programme.units[0]
-        ):
+        excess = ParetoPoint.at(problem, u).range - cap
+        if solution.converged and excess <= VIOLATION_TOLERANCE * programme.units[0]:
             return u
-        local = local.grown(problem.design(u), tops)
+        local = local.extended(problem.design(u), programme.tops(solution.z))
     return None
-
-
-def _dominates(first: ObjectiveEvaluation, second: ObjectiveEvaluation) -> bool:
-    a, b = first.look, second.look
-    return (
-        a.range <= b.range
-        and a.variance <= b.variance
-        and (a.range < b.range or a.variance < b.variance)
-    )

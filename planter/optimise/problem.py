@@ -154,7 +154,7 @@ class Problem:
         """Indices of the parameters that are searched, (f,)."""
         if self.constraints is not None:
             return np.arange(len(self.box.names))
-        return np.flatnonzero(self.objective.felt)
+        return np.flatnonzero(self.objective.sensitive)
 
     def design(self, u: Array) -> Array:
         """Return the design x (p,) at a point u (p,) of the box."""
@@ -229,16 +229,20 @@ class Problem:
             min(self.violation(u), MAX_VIOLATION) * self.scale if self.constraints else 0.0
         )
 
+    def merits(self, points: Sequence[Array]) -> Array:
+        """Return the merits (n,) of the points (p,) of a population."""
+        return np.array([self.merit(u) for u in points])
+
     def evaluate(self, u: Array) -> ObjectiveEvaluation:
         """Return the objective at a point u (p,) and count the evaluation."""
         self.counts.objective += 1
-        return self.record(u, self.objective.look(self.design(u)))
+        return self.record(u, self.objective.summarise(self.design(u)))
 
-    def record(self, u: Array, look: ObjectiveSummary) -> ObjectiveEvaluation:
+    def record(self, u: Array, summary: ObjectiveSummary) -> ObjectiveEvaluation:
         """Return the objective at a point u (p,) from its summary, and record the point if it is
         the best so far.
         """
-        evaluation = evaluate_summary(self.objective, look)
+        evaluation = evaluate_summary(self.objective, summary)
         if self.best is None or evaluation.objective < self.best.objective:
             violation = self.violation(u)
             if violation <= FEASIBILITY_TOLERANCE:
@@ -271,7 +275,7 @@ class Problem:
 
     def score(self, x: Array) -> ObjectiveEvaluation:
         """Return the objective of a design x (p,) without counting or recording it."""
-        return evaluate_summary(self.objective, self.objective.look(x))
+        return evaluate_summary(self.objective, self.objective.summarise(x))
 
     @cached_property
     def reference(self) -> ObjectiveEvaluation:
@@ -286,11 +290,11 @@ class Problem:
         spreads = float(np.abs(self.objective.weights) @ self.objective.units)
         return max(abs(self.reference.objective), SPREAD_SHARE * spreads) or 1.0
 
-    def flat(self, u: Array) -> Array:
+    def null_space(self, u: Array) -> Array:
         """Return orthonormal insensitive directions (k, p) of the free coordinates at a point u
         (p,).
         """
-        directions = self.objective.flat(self.design(u)) / self.box.unit
+        directions = self.objective.null_space(self.design(u)) / self.box.unit
         fixed = np.setdiff1d(np.arange(len(u)), self.free)
         if not len(directions) or not len(fixed):
             return np.linalg.qr(directions.T)[0].T

@@ -1,7 +1,6 @@
-"""Objective of the weighted range and scatter of a response over a cycle, and its insensitive
-directions.
+"""Objective of a sum over curves of a cycle, and its insensitive directions.
 
-Equation (31) of Wang et al. (2017) is such an objective.
+The weighted range and scatter of a force, equation (31) of Wang et al. (2017), is such a sum.
 """
 
 from __future__ import annotations
@@ -16,16 +15,12 @@ import scipy
 
 from planter.kernels import Array
 from planter.numerics.arrays import Flags
-from planter.numerics.statistics import StatisticKind
-from planter.optimise.constraints import Constraints, DesignBox
 from planter.optimise.continuous_cycle import ContinuousCycle
-from planter.optimise.curve_sum import CurveSide, CurveStatistic, CurveSum
+from planter.optimise.curve_sum import CurveSum
 from planter.optimise.cycle_panels import PanelCache
 from planter.optimise.objective import BreakpointHold, Conditions, LocalModel, ObjectiveSummary
-from planter.optimise.problem import Problem
 from planter.optimise.response import CycleResponse
 from planter.optimise.sampled_cycle import SampledCycle, SampledRows, sample_angles
-from planter.optimise.variance import Weights
 
 RANK_TOLERANCE = 1e-10
 """Singular values below this share of the largest count as zero."""
@@ -56,30 +51,12 @@ class InsensitiveDirections:
         ]
 
 
-def find_insensitivity(
-    response: CycleResponse, x: Array, samples: int, equation_gradients: Array | None = None
-) -> InsensitiveDirections:
-    """Return rank and null space of the Jacobian of a curve in the design parameters.
-
-    The curve is evaluated at `samples` angles of a cycle at the design x (p,) [SI]; columns are
-    multiplied by the box width; the threshold is 1e-10 of the largest singular value. If equations
-    with gradients `equation_gradients` (k, p) constrain the design, the null space is restricted to
-    the directions that satisfy them.
-    """
-    rows = (
-        None
-        if equation_gradients is None
-        else equation_gradients * (response.upper - response.lower)
-    )
-    return find_insensitive(response.names, scale_slopes(response, x, samples), rows)
-
-
 def scale_slopes(response: CycleResponse, x: Array, samples: int) -> Array:
     """Return the gradients (n, p) of curves at samples of a turn in shares of the bounds, each
     curve by its largest.
     """
     phi = response.turn * np.arange(samples) / samples
-    slopes = response.slopes(response.prologue(x), np.mod(phi, response.period))[1][:, :, 1:]
+    slopes = response.curves.slopes(response.prologue(x), np.mod(phi, response.period))[1][:, :, 1:]
     size = np.abs(slopes).max(axis=(1, 2), keepdims=True)
     scaled: Array = np.concatenate(slopes / np.where(size > 0, size, 1.0)) * (
         response.upper - response.lower
@@ -184,23 +161,18 @@ class CurveSumObjective:
     @cached_property
     def units(self) -> Array:
         """Spread (g,) of the curve of each group at the initial design, else its size."""
-        response, total = self.response, self.total
-        units = find_spreads(response)
-        return np.array(
-            [
-                units[total.rows[np.flatnonzero(total.groups == g)[0]]]
-                for g in range(len(self.weights))
-            ]
-        )
+        rows = {side.group: side.row for side in self.total.sides}
+        rows |= {jump.group: jump.row for jump in self.total.jumps}
+        return find_spreads(self.response)[[rows[group] for group in range(len(self.weights))]]
 
     @cached_property
-    def felt(self) -> Flags:
+    def sensitive(self) -> Flags:
         """Parameters on which the response depends at its own design, (p,)."""
         return ~find_insensitive(self.response.names, self.columns(self.response.design)).zero
 
-    def look(self, x: Array) -> ObjectiveSummary:
+    def summarise(self, x: Array) -> ObjectiveSummary:
         """Return the summary of the objective at a design x (p,)."""
-        return self.turn.look(x)
+        return self.turn.summarise(x)
 
     def local(self, x: Array, holds: Sequence[BreakpointHold] = ()) -> LocalModel:
         """Return the local model of the objective near a design x (p,)."""
@@ -215,6 +187,8 @@ class CurveSumObjective:
         conditions = [part.conditions for part in self.total.statistics] + [
             side.conditions for side in self.total.sides
         ]
+        if self.total.jumps:  # which are rows of few places, none of them samples
+            return self.local(x)
         if self.sampling != "refined" or any(conditions):
             return None
         cycle = SampledCycle(self.response, self.total, COARSE)
@@ -229,7 +203,7 @@ class CurveSumObjective:
         """Return first-order data at a design x (p,)."""
         return self.turn.conditions(x)
 
-    def flat(self, x: Array) -> Array:
+    def null_space(self, x: Array) -> Array:
         """Return the directions (k, p) to which the objective is insensitive at a design, to first
         order.
         """
@@ -248,7 +222,7 @@ class CurveSumObjective:
 def find_spreads(response: CycleResponse) -> Array:
     """Return by how much each curve varies at the initial design, else its size, (m,)."""
     angles = sample_angles(DIRECTION_ANGLES, response.period, response.turn)
-    values = response.value(response.prologue(response.design), angles)
+    values = response.curves.values(response.prologue(response.design), angles)
     spread, size = np.ptp(values, axis=1), np.abs(values).max(axis=1)
     return np.where(spread > 0, spread, np.where(size > 0, size, 1.0))
 
@@ -256,28 +230,3 @@ def find_spreads(response: CycleResponse) -> Array:
 def count_angles(sampling: Sampling) -> int:
     """Return the number of angles of a cycle at which insensitivity is determined."""
     return DIRECTION_ANGLES if sampling == "refined" else int(sampling)
-
-
-def build_range_sum(weights: Weights) -> CurveSum:
-    """Return the weighted range and scatter of one curve."""
-    kind: StatisticKind = "variance" if weights.kind == "paper" else "std"
-    sides = (CurveSide(0, 0, 1), CurveSide(1, 0, -1))
-    statistics = (
-        (CurveStatistic(kind, 0, weights.weight_variance),) if weights.weight_variance else ()
-    )
-    return CurveSum(statistics, sides, np.full(2, weights.weight_range))
-
-
-def build_range_problem(
-    response: CycleResponse,
-    weights: Weights,
-    sampling: Sampling,
-    constraints: Constraints | None = None,
-) -> Problem:
-    """Return the problem of minimising weighted range and scatter of a response, in shares of its
-    bounds.
-    """
-    box = DesignBox.shares(response.names, response.lower, response.upper, response.design)
-    return Problem(
-        CurveSumObjective(response, build_range_sum(weights), sampling), box, constraints
-    )

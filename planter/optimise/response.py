@@ -41,12 +41,49 @@ class BreakpointEvent:
     period: float | None
 
 
+class AngleFunctions(Protocol):
+    """Functions (m,) of the angle and the design, at angles phi (n,) of a design given by its
+    invariants `at`.
+
+    Loose results are NaN where something is not finite, as beside a root.
+    """
+
+    def values(self, at: Any, phi: Array) -> Array:
+        """Return the functions, (m, n)."""
+
+    def derivatives(self, at: Any, phi: Array, is_loose: bool = False) -> tuple[Array, Array]:
+        """Return the functions and their derivatives in phi, (m, n) each."""
+
+    def rates(self, at: Any, phi: Array, is_loose: bool = False) -> tuple[Array, Array]:
+        """Return the first and second derivatives in phi, (m, n) each."""
+
+    def slopes(self, at: Any, phi: Array, is_loose: bool = False) -> tuple[Array, Array]:
+        """Return the functions, (m, n), and their Jacobian in (phi, x), (m, n, 1 + p)."""
+
+    def curvature(self, at: Any, phi: Array, weights: Array) -> Array:
+        """Return the sum over functions and angles of weights (m, n) times Hessians in (phi, x),
+        (1 + p, 1 + p).
+        """
+
+    def curvatures(self, at: Any, phi: Array, weights: Array) -> Array:
+        """Return the sum over functions of weights (m, n) times Hessians in (phi, x), (n, 1 + p,
+        1 + p).
+        """
+
+    def curvature_along(self, at: Any, phi: Array, weights: Array, angle_slopes: Array) -> Array:
+        """Return the weighted sum of the Hessians in x alone, (p, p), at angles with slopes (n,
+        p).
+        """
+
+
 class CycleResponse(Protocol):
     """Curves F(phi, x), (m,), periodic in phi with `period` [rad]; designs x are (p,), angles (n,).
 
-    The result of `prologue` is the argument `at` of all other methods. Breakpoints of the k-th
-    event lie at angles in [0, turn), less each of the `shifts`, and recur with the `period` of F.
-    Parts of the period are those on which conditions (c,) hold, whose ends are breakpoints too.
+    The result of `prologue` is the argument `at` of the functions. The k-th of the `event_functions` is
+    that of the k-th event, whose breakpoints lie at angles in [0, turn), less each of the `shifts`, and
+    recur with the `period` of F. Parts of the period are those on which conditions (c,) hold, whose
+    ends are breakpoints too. `is_closed` says whether the curves are at the end of a period what
+    they are at its beginning.
     """
 
     @property
@@ -66,12 +103,13 @@ class CycleResponse(Protocol):
     @property
     def events(self) -> tuple[BreakpointEvent, ...]: ...
     @property
-    def count(self) -> int:
-        """Number m of curves."""
-
+    def curves(self) -> AngleFunctions: ...
     @property
-    def is_closed(self) -> bool:
-        """Whether the curves are at the end of a period what they are at its beginning."""
+    def event_functions(self) -> AngleFunctions: ...
+    @property
+    def is_closed(self) -> bool: ...
+    @property
+    def count(self) -> int: ...
 
     def restart(self) -> None:
         """Forget all designs so far, on which the last digits may depend."""
@@ -79,54 +117,10 @@ class CycleResponse(Protocol):
     def prologue(self, x: Array) -> Any:
         """Return the invariants of the angle at a design x (p,)."""
 
-    def value(self, at: Any, phi: Array) -> Array:
-        """Return F, (m, n)."""
-
-    def ends(self, at: Any, phi: Array) -> tuple[Array, Array]:
-        """Return F and its derivative in phi, (m, n) each, with NaN where one is not finite, as
-        beside a root.
-        """
-
-    def rate(self, at: Any, phi: Array) -> tuple[Array, Array]:
-        """Return F and its derivative in phi, (m, n) each."""
-
-    def rates(self, at: Any, phi: Array) -> tuple[Array, Array]:
-        """Return the first and second derivative of F in phi, (m, n) each."""
-
-    def slopes(self, at: Any, phi: Array) -> tuple[Array, Array]:
-        """Return F, (m, n), and its Jacobian in (phi, x), (m, n, 1 + p)."""
-
-    def hessian(self, at: Any, phi: Array, weights: Array) -> Array:
-        """Return the sum over curves and angles of weights (m, n) times Hessians of F in (phi, x),
-        (1 + p, 1 + p).
-        """
-
-    def hessians(self, at: Any, phi: Array, weights: Array) -> Array:
-        """Return the sum over curves of weights (m, n) times Hessians of F in (phi, x), (n, 1 + p,
-        1 + p).
-        """
-
-    def hessian_along(self, at: Any, phi: Array, weights: Array, velocity: Array) -> Array:
-        """Return the weighted sum of the Hessians in x alone, (p, p), at angles that move with
-        `velocity` (n, p).
-        """
-
     def misses(self, at: Any, phi: Array) -> Array:
         """Return by how much each condition is missed at angles, (c, n), not positive where it
         holds.
         """
-
-    def event_values(self, at: Any, phi: Array) -> tuple[Array, Array]:
-        """Return g of every event and its derivative in phi, (k, n) each."""
-
-    def event_rates(self, at: Any, phi: Array) -> tuple[Array, Array]:
-        """Return the first two derivatives of g of every event in phi, (k, n) each."""
-
-    def event_slopes(self, at: Any, phi: Array) -> Array:
-        """Return the Jacobian of g in (phi, x), (k, n, 1 + p)."""
-
-    def event_hessian(self, at: Any, phi: float, event: int) -> Array:
-        """Return the Hessian of one event's g in (phi, x), (1 + p, 1 + p)."""
 
 
 BREAKPOINT_GRID = 360
@@ -138,11 +132,21 @@ ONE_SIDED_OFFSET = 1e-9
 
 
 @dataclass(frozen=True)
+class BreakpointPosition:
+    """A breakpoint of one side, the first of which is 1, at its angle of a turn [rad]."""
+
+    name: str
+    side: int
+    angle: float
+    is_touch: bool
+
+
+@dataclass(frozen=True)
 class Breakpoints:
     """Breakpoints at a design: `angles` (m,) of side 1 in [0, turn) [rad], `events` (m,) index of
     the event.
 
-    They lie at these angles less the `shifts` (m,) of a side. `is_touch` (m,) marks those at which
+    They lie at these angles less the shift of a side, one of `sides` (m,). `is_touch` (m,) marks those at which
     the function of an event comes to zero and turns round: there its derivative vanishes, by which
     the breakpoint moves.
     """
@@ -151,7 +155,7 @@ class Breakpoints:
     at: Any
     angles: Array
     events: Integers
-    shifts: Array
+    sides: Integers
     is_touch: Flags
 
     @property
@@ -166,20 +170,46 @@ class Breakpoints:
     @property
     def folded(self) -> Array:
         """Angles modulo the period of the curve [rad], (m,)."""
-        return np.mod(self.angles - self.shifts, self.response.period)
+        return np.mod(self._shifted, self.response.period)
+
+    @property
+    def _shifted(self) -> Array:
+        shifted: Array = self.angles - np.array(self.response.shifts)[self.sides]
+        return shifted
+
+    def list_positions(self) -> list[BreakpointPosition]:
+        """Return the breakpoints of all sides over a turn, sorted by angle; those of a total recur
+        with its period.
+        """
+        turn, period = self.response.turn, self.response.period
+        positions = [
+            BreakpointPosition(
+                name, side + k + 1, float(np.mod(angle + k * period, turn)), is_touch
+            )
+            for k in range(round(turn / period))
+            for name, side, angle, is_touch in zip(
+                self.names, self.sides.tolist(), self._shifted, self.is_touch.tolist(), strict=True
+            )
+        ]
+        return sorted(positions, key=lambda position: position.angle)
 
     @cached_property
     def _slopes(self) -> Array:
         if not len(self.angles):
             return np.empty((0, 1 + len(self.response.names)))
-        slopes = self.response.event_slopes(self.at, self.angles)[
-            self.events, np.arange(len(self.events))
-        ]
+        slopes = self.response.event_functions.slopes(self.at, self.angles, is_loose=True)[1]
+        slopes = slopes[self.events, np.arange(len(self.events))]
         for k in np.flatnonzero(self.is_touch):
-            slopes[k] = self.response.event_hessian(
-                self.at, float(self.angles[k]), int(self.events[k])
-            )[0]
+            slopes[k] = self._bend(int(k))[0]
         return slopes
+
+    def _bend(self, index: int) -> Array:
+        """Return the Hessian (1 + p, 1 + p) of the function of a breakpoint's event in (phi, x)."""
+        event = self.events[index]
+        weights = np.eye(len(self.response.events))[:, event : event + 1]
+        return self.response.event_functions.curvature(
+            self.at, self.angles[index : index + 1], weights
+        )
 
     @cached_property
     def velocity(self) -> Array:
@@ -209,10 +239,7 @@ class Breakpoints:
             if self.is_touch[j] or not self.is_regular[j]:
                 continue
             path = np.vstack([self.velocity[j], np.eye(size)])
-            hessian = self.response.event_hessian(
-                self.at, float(self.angles[j]), int(self.events[j])
-            )
-            accelerations[i] = -(path.T @ hessian @ path) / self._slopes[j, 0]
+            accelerations[i] = -(path.T @ self._bend(int(j)) @ path) / self._slopes[j, 0]
         return accelerations
 
 
@@ -221,11 +248,11 @@ def find_breakpoints(response: CycleResponse, at: Any) -> Breakpoints:
     periods = np.array([event.period or np.inf for event in response.events])
     count, sides = round(BREAKPOINT_GRID * response.turn / TURN), len(response.shifts)
     crossings = find_crossings(
-        lambda phi: response.event_values(at, phi),
+        lambda phi: response.event_functions.derivatives(at, phi, is_loose=True),
         periods,
         count,
         response.turn,
-        lambda phi: response.event_rates(at, phi),
+        lambda phi: response.event_functions.rates(at, phi, is_loose=True),
     )
     angles = np.append(crossings.angles, crossings.touches)
     events = np.append(crossings.rows, crossings.touch_rows)
@@ -235,48 +262,14 @@ def find_breakpoints(response: CycleResponse, at: Any) -> Breakpoints:
         at,
         np.tile(angles, sides),
         np.tile(events, sides),
-        np.repeat(response.shifts, len(angles)),
+        np.repeat(np.arange(sides), len(angles)),
         np.tile(is_touch, sides),
     )
 
 
-@dataclass(frozen=True)
-class BreakpointPosition:
-    """A breakpoint of one side: its angle in [0, 2 pi) [rad] and the derivative of the angle in the
-    design, (p,).
-    """
-
-    name: str
-    side: int
-    order: int
-    angle: float
-    velocity: Array
-
-
 def list_breakpoints(response: CycleResponse, at: Any) -> list[BreakpointPosition]:
-    """Return the breakpoints of all sides over a cycle, sorted by angle; each side follows the last
-    by one period.
-    """
-    breakpoints = find_breakpoints(response, at)
-    sides = round(response.turn / response.period)
-    positions = [
-        BreakpointPosition(
-            name,
-            side,
-            int(order),
-            float(np.mod(angle + (side - 1) * response.period, response.turn)),
-            velocity,
-        )
-        for side in range(1, sides + 1)
-        for name, order, angle, velocity in zip(
-            breakpoints.names,
-            breakpoints.orders,
-            breakpoints.angles,
-            breakpoints.velocity,
-            strict=True,
-        )
-    ]
-    return sorted(positions, key=lambda position: position.angle)
+    """Return the breakpoints of all sides over a turn at a design, given its invariants."""
+    return find_breakpoints(response, at).list_positions()
 
 
 @dataclass(frozen=True)

@@ -30,7 +30,7 @@ MAX_MOVES = 4
 
 def select_nearest_optimum(problem: Problem, u: Array) -> Array:
     """Return the point (p,) nearest to the initial design among the optima connected to u (p,) by
-    flat directions.
+    insensitive directions.
 
     Each move is computed to first order and projected onto the equations. A move is halved while it
     raises the objective by more than rounding or violates a constraint.
@@ -60,13 +60,13 @@ def _is_equal_optimum(problem: Problem, u: Array, optimum: float) -> bool:
 
 
 def _compute_move(problem: Problem, u: Array) -> Array:
-    """Return the move (p,) along the flat directions that leads nearest to the start, with
+    """Return the move (p,) along the insensitive directions that leads nearest to the start, with
     constraints to first order.
 
     Minimises |u + directions' c - start|^2 over the coefficients c (k,) of the directions (k, p),
     within the box.
     """
-    directions = problem.flat(u)
+    directions = problem.null_space(u)
     if not len(directions):
         return np.zeros(len(u))
     below, above = (np.maximum(slack, 0.0) for slack in problem.box.slack(u))
@@ -103,7 +103,7 @@ class EvaluationCounts(Record):
 
 
 @dataclass(frozen=True)
-class OptimalityCertificate:
+class OptimalityCertificate(Record):
     """Evidence that a point is an optimum.
 
     `kkt_residual` is dimensionless, below 1e-6 at a local optimum. Of `starts` local searches,
@@ -153,7 +153,7 @@ class OptimiserResult:
     design: Array
     evaluation: ObjectiveEvaluation
     start_objective: float
-    evaluations: Counts
+    evaluations: EvaluationCounts
     seconds: float
     certificate: OptimalityCertificate
     history: dict[str, History]
@@ -189,7 +189,7 @@ def build_result(
     """Return the best candidate with its certificate.
 
     Among equal objectives, the point with the smallest residual is selected, and then the point
-    nearest to the initial design along flat directions. Equations are satisfied to rounding. The
+    nearest to the initial design along insensitive directions. Equations are satisfied to rounding. The
     evaluations of this selection do not count. Raises NoFeasiblePointError if no point is feasible.
     """
     judged = problem.anew()
@@ -212,7 +212,7 @@ def build_result(
         design=judged.design(u),
         evaluation=judged.evaluate(u),
         start_objective=problem.reference.objective,
-        evaluations=candidates.counts,
+        evaluations=EvaluationCounts(**vars(candidates.counts)),
         seconds=seconds,
         certificate=certify_candidates(judged, u, candidates.minima),
         history=candidates.history,

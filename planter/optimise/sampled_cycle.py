@@ -25,8 +25,6 @@ from planter.optimise.curve_sum import CurveSum, SmoothSum
 from planter.optimise.objective import (
     BreakpointHold,
     Conditions,
-    ModelGradients,
-    ModelValues,
     ObjectiveSummary,
 )
 from planter.optimise.response import (
@@ -66,15 +64,18 @@ class SampledCycle:
         self.angles = sample_angles(samples, response.period, response.turn)
         self.spacing = response.period / len(self.angles)
 
-    def look(self, x: Array) -> ObjectiveSummary:
+    def summarise(self, x: Array) -> ObjectiveSummary:
         """Return the summary of the objective at a design x (p,)."""
         return summarise_samples(
-            self.total, self.response.value(self.response.prologue(x), self.angles)
+            self.total, self.response.curves.values(self.response.prologue(x), self.angles)
         )
 
     def local(self, x: Array) -> SampledRows:
         """Return all samples near an extreme as rows, without constrained breakpoints."""
-        values, total = self.response.value(self.response.prologue(x), self.angles), self.total
+        values, total = (
+            self.response.curves.values(self.response.prologue(x), self.angles),
+            self.total,
+        )
         tops = summarise_samples(total, values).tops[total.groups]
         reach = INITIAL_ROW_SHARE * np.ptp(values, axis=1)[total.rows]
         signed = total.signs[:, None] * values[total.rows]
@@ -105,7 +106,7 @@ class SampledCycle:
     def conditions(self, x: Array) -> Conditions:
         """Return first-order data at a design x (p,)."""
         at, total = self.response.prologue(x), self.total
-        values, slopes = self.response.slopes(at, self.angles)
+        values, slopes = self.response.curves.slopes(at, self.angles)
         gradients = slopes[:, :, 1:]
         samples = np.array(
             [
@@ -130,16 +131,16 @@ class SampledCycle:
         """Return the gradients (m, k, p) of samples at breakpoints, on side -1 or 1 of these."""
         if not len(samples):
             return np.empty((self.response.count, 0, len(self.response.names)))
-        return self.response.slopes(at, self.angles[samples] + side * 2 * COINCIDENCE_TOLERANCE)[1][
-            :, :, 1:
-        ]
+        return self.response.curves.slopes(
+            at, self.angles[samples] + side * 2 * COINCIDENCE_TOLERANCE
+        )[1][:, :, 1:]
 
 
 def summarise_samples(total: CurveSum, values: Array) -> ObjectiveSummary:
     """Return the summary of samples (m, n) of a cycle."""
     high, low = values.max(axis=1), values.min(axis=1)
     tops = np.where(total.signs > 0, high[total.rows], -low[total.rows])
-    return total.summarise(SmoothSum(total.statistics, values), tops, float(high[0]), float(low[0]))
+    return total.summarise(SmoothSum(total.statistics, values), tops)
 
 
 class SampledRows:
@@ -172,11 +173,11 @@ class SampledRows:
         """Return a copy with exactly these breakpoints constrained."""
         return SampledRows(self.response, self.total, self.angles, self.chosen, holds)
 
-    def look(self, x: Array) -> ObjectiveSummary:
+    def summarise(self, x: Array) -> ObjectiveSummary:
         """Return the summary of the objective at a design x (p,)."""
         return summarise_samples(self.total, self._state(x).values)
 
-    def grown(self, x: Array, tops: Array) -> SampledRows:
+    def extended(self, x: Array, tops: Array) -> SampledRows:
         """Return a copy which also has the samples that exceed the tops (g,) of their groups as
         rows.
         """
@@ -184,27 +185,26 @@ class SampledRows:
         chosen = self.chosen | (signed > tops[self.total.groups][:, None])
         return SampledRows(self.response, self.total, self.angles, chosen, self.holds)
 
-    def values(self, x: Array) -> ModelValues:
-        """Return the values of the smooth function, rows and holds at a design x (p,)."""
+    def values(self, x: Array) -> Array:
+        """Return the smooth value, the rows and the holds at a design x (p,)."""
         state = self._state(x)
-        return ModelValues(
-            state.smooth.value, self.signs * state.values[self.curves, self.samples], state.gaps
-        )
+        rows = self.signs * state.values[self.curves, self.samples]
+        return np.concatenate([[state.smooth.value], rows, state.gaps])
 
-    def slopes(self, x: Array) -> ModelGradients:
-        """Return the gradients of the smooth function, rows and holds at a design x (p,)."""
+    def slopes(self, x: Array) -> Array:
+        """Return their gradients (n, p) at a design x (p,)."""
         state = self._state(x)
         rows = self.signs[:, None] * state.gradients[self.curves, self.samples]
-        return ModelGradients(state.smooth.gradient(state.gradients), rows, state.velocity)
+        return np.vstack([state.smooth.gradient(state.gradients), rows, state.velocity])
 
-    def curvature(self, x: Array, weights: ModelValues) -> Array:
-        """Return the weighted sum (p, p) of the Hessians at a design x (p,)."""
+    def curvature(self, x: Array, weights: Array) -> Array:
+        """Return the sum (p, p) of their Hessians with weights (n,)."""
         state = self._state(x)
-        each = weights.smooth * state.smooth.slope
-        np.add.at(each, (self.curves, self.samples), self.signs * weights.rows)
-        return weights.smooth * state.smooth.squared(state.gradients) + state.hessian(
-            each, weights.holds
-        )
+        smooth, (rows, holds) = weights[0], np.split(weights[1:], [len(self.signs)])
+        each = smooth * state.smooth.slope
+        np.add.at(each, (self.curves, self.samples), self.signs * rows)
+        squared = smooth * state.smooth.squared(state.gradients)
+        return squared + state.hessian(each, holds)
 
 
 class _SampleState:
@@ -228,11 +228,15 @@ class _SampleState:
     @cached_property
     def values(self) -> Array:
         """Values (m, n), from the slopes if these are known."""
-        return self._both[0] if "_both" in vars(self) else self.response.value(self.at, self.phi)
+        return (
+            self._both[0]
+            if "_both" in vars(self)
+            else self.response.curves.values(self.at, self.phi)
+        )
 
     @cached_property
     def _both(self) -> tuple[Array, Array]:
-        return self.response.slopes(self.at, self.phi)
+        return self.response.curves.slopes(self.at, self.phi)
 
     @property
     def jacobian(self) -> Array:
@@ -264,11 +268,11 @@ class _SampleState:
         """
         fixed = weights.copy()
         fixed[:, self.picked] = 0
-        total: Array = self.response.hessian(self.at, self.phi, fixed)[1:, 1:]
+        total: Array = self.response.curves.curvature(self.at, self.phi, fixed)[1:, 1:]
         if len(self.picked):
             motion = PointMotion(self.velocity[self.pins], self.acceleration[self.pins])
             moved = weights[:, self.picked]
-            second = self.response.hessians(self.at, self.phi[self.picked], moved)
+            second = self.response.curves.curvatures(self.at, self.phi[self.picked], moved)
             slopes = np.einsum("mk,mkp->kp", moved, self.jacobian[:, self.picked])
             total = total + hessians_along(slopes, second, motion).sum(axis=0)
         if len(holds):

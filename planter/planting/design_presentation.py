@@ -38,7 +38,6 @@ from planter.planting.report.forces import draw_support_force
 from planter.planting.results import (
     Lifted,
     OptimisationFound,
-    PlantingCertificate,
     RequirementResult,
 )
 from planter.report import files
@@ -71,6 +70,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from planter.kernels import Array
+    from planter.optimise.result import OptimalityCertificate
     from planter.planting.optimisation import Optimisation
     from planter.records import Record
 
@@ -450,12 +450,12 @@ def _describe_certificate(result: OptimisationFound) -> Iterator[Block]:
         yield Folded("active bounds and requirements, with what relaxing them would gain", [table])
 
 
-def _list_multipliers(certificate: PlantingCertificate) -> list[tuple[Cell, ...]]:
+def _list_multipliers(certificate: OptimalityCertificate) -> list[tuple[Cell, ...]]:
     bounds = [
         (bound.name, bound.side, bound.multiplier, "width of its bounds")
         for bound in certificate.active_bounds
     ]
-    active = certificate.active_requirements or ()
+    active = certificate.active_constraints
     return [*bounds, *((row.name, row.side, row.multiplier, row.unit) for row in active)]
 
 

@@ -132,14 +132,6 @@ class ComparisonStore:
     def _hash(self, task: PairTask) -> str:
         return hashlib.sha256(f"{_name(task)} {self._question}".encode()).hexdigest()
 
-    def _is_earlier(self, task: PairTask, saved: dict[str, Any]) -> bool:
-        """Return whether a file of the layout whose hash left the pair out answers the question for
-        this pair.
-        """
-        stages = (saved["found"].get("stage1"), saved["found"].get("stage2"))
-        question_hash = hashlib.sha256(self._question.encode()).hexdigest()
-        return saved.get("asked") == question_hash and stages == (task or (None, None))
-
     def save(self, task: PairTask, entry: dict[str, Any]) -> None:
         """Write the entry of a task."""
         if self.folder is not None:
@@ -158,9 +150,7 @@ class ComparisonStore:
         except InputError:
             return None
         entry: dict[str, Any] | None = saved.get("found")
-        if entry is None or not (
-            saved.get("asked") == self._hash(task) or self._is_earlier(task, saved)
-        ):
+        if entry is None or saved.get("asked") != self._hash(task):
             return None
         keep_file(self.folder / f"{_name(task)}.json")
         return entry

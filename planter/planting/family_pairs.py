@@ -37,8 +37,12 @@ from planter.planting import file
 from planter.planting.design_summary import summarise_design
 from planter.planting.file import PlantingMachine
 from planter.planting.model import Device
-from planter.planting.objective import build_problem as task_of
-from planter.planting.requirements import RequirementConstraints, build_infeasibility_error
+from planter.planting.objective import build_problem, evaluate_true_extremes
+from planter.planting.requirements import (
+    RequirementConstraints,
+    build_infeasibility_error,
+    measure_excess,
+)
 
 REFERENCE = "wang2017-wide"
 """Built-in machine whose box for the mounting, and whose requirements, serve where the machine has
@@ -197,7 +201,7 @@ def optimise_pair(machine: PlantingMachine, pair: Pair, starts: int, seed: int) 
     begin = time.perf_counter()
     device = Device(build_pair_machine(machine, pair))
     required = RequirementConstraints(device)
-    problem = task_of(device, "refined", required)
+    problem = build_problem(device, "refined", required)
     ends, violations = _search(problem, required, starts, seed)
     entry: dict[str, Any] = {"stage1": pair[0], "stage2": pair[1], "feasible": bool(ends)}
     if ends:
@@ -312,17 +316,18 @@ def _describe_design(
     problem: Problem, required: RequirementConstraints, u: Array
 ) -> dict[str, Any]:
     measures, x = required.measures, problem.design(u)
-    device, evaluation = measures.device, problem.evaluate(u)
-    excess = required.limits.excess(measures.at(x).values)
+    device = measures.device
+    score = evaluate_true_extremes(device, x)
+    excess = measure_excess(measures, x)
     binding = [
         k.name
         for n, k in enumerate(measures.kinds)
         if excess[required.owner == n].max() > -AT_LIMIT
     ]
     return {
-        "objective": evaluation.objective,
-        "range_N": evaluation.look.range,
-        "variance_N2": evaluation.look.variance,
+        "objective": score.objective,
+        "range_N": score.range_N,
+        "variance_N2": score.variance_N2,
         "design": device.named(x) | list_family_parameters(device, x),
         "binding": binding,
         "requirements": [result.table() for result in required.record(x)],
@@ -356,7 +361,7 @@ def optimise_narrow(machine: PlantingMachine) -> dict[str, Any]:
     may violate.
     """
     device = Device(build_narrow_machine(machine))
-    problem = task_of(device, "refined")
+    problem = build_problem(device, "refined")
     u = search_locally(problem, problem.start, ITERATIONS, 3).u
     entry = _describe_design(problem, RequirementConstraints(device), u)
     violated = [row["name"] for row in entry["requirements"] if row["verdict"] != "pass"]

@@ -67,7 +67,6 @@ class Device:
 
     def __init__(self, machine: PlantingMachine, model: Model = "exact") -> None:
         self.machine, self.model = machine, model
-        self.compiled = False
         self.formulas = formulas.load(f"planting_{model}")
         self.sidecar = self.formulas.sidecar
         pair = [
@@ -191,18 +190,12 @@ class Device:
         return device
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Return machine, model and numbers for pickling: loading builds the device, compiled if it
-        was.
-        """
-        return _restore_device, (self.machine, self.model, self.compiled, self.data)
+        """Return machine, model and numbers for pickling: loading builds the device."""
+        return _restore_device, (self.machine, self.model, self.data)
 
-    def compile(self, refined: bool = False) -> None:
-        """Run what a search calls again and again in the fastest way that there is here.
-
-        The search is over samples or, `refined`, over true extremes and integrals.
-        """
-        self.force.compile(refined)
-        self.compiled = True
+    def compile(self) -> None:
+        """Run the force and its slopes in the fastest way that there is here."""
+        self.force.curves.compile()
 
     @cached_property
     def engine(self) -> Machine:
@@ -212,7 +205,7 @@ class Device:
     @cached_property
     def force(self) -> QuantityCurves:
         """The vertical force on the support over a turn, the only curve, with derivatives and
-        joints.
+        breakpoints.
         """
         return QuantityCurves(self.engine, [FORCE])
 
@@ -349,22 +342,20 @@ class Device:
 
     def support(self, at: DesignPoint, phi: Array) -> Array:
         """Vertical support force [N], (n,), at carrier angles phi (n,) [rad]."""
-        return self.force.value(at, phi)[0]
+        return self.force.curves.values(at, phi)[0]
 
     def support_slopes(self, at: DesignPoint, phi: Array) -> tuple[Array, Array]:
         """Vertical support force (n,) [N] and its Jacobian in (phi, x), (n, 1 + p) [N/rad, N per SI
         unit of x].
         """
-        values, slopes = self.force.slopes(at, phi)
+        values, slopes = self.force.curves.slopes(at, phi)
         return values[0], slopes[0]
 
 
-def _restore_device(machine: PlantingMachine, model: Model, compiled: bool, data: Array) -> Device:
+def _restore_device(machine: PlantingMachine, model: Model, data: Array) -> Device:
     """Return a device that was pickled."""
     device = Device(machine, model)
     device.data = data
-    if compiled:
-        device.compile()
     return device
 
 

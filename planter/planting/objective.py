@@ -16,11 +16,12 @@ rows["M_in_rms_Nm"], rows.gradient          # (m,), (m, 1, p)
 
 from __future__ import annotations
 
+import math
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, overload
+from typing import TYPE_CHECKING, Any, Literal, overload
 
 import numpy as np
 
@@ -31,14 +32,15 @@ from planter.engine.outputs import CHUNK, OBJECTIVE, OutputBatch, SampledOutputs
 from planter.engine.problem import DesignProblem
 from planter.errors import ComputationError, PlanterError
 from planter.kernels import Array, CallError
+from planter.numerics.statistics import Statistic
 from planter.optimise.constraints import Constraints
-from planter.optimise.continuous_cycle import ContinuousCycle
 from planter.optimise.curve_sum import CurveSide
 from planter.optimise.cycle_panels import CyclePanels
-from planter.optimise.range_variance import CurveSumObjective, Sampling, build_range_sum
-from planter.optimise.response import ONE_SIDED_OFFSET, find_breakpoints
-from planter.optimise.sampled_cycle import SampledCycle, sample_angles
-from planter.optimise.variance import WeightedSum, Weights
+from planter.optimise.joined import JoinedObjective
+from planter.optimise.objective import find_hessian
+from planter.optimise.range_variance import Sampling
+from planter.optimise.response import ONE_SIDED_OFFSET
+from planter.optimise.sampled_cycle import sample_angles
 from planter.planting.file import PlantingMachine
 from planter.planting.model import Device
 from planter.planting.results import SampledScore, TrueExtremes
@@ -47,6 +49,29 @@ from planter.records.record import build_frame, format_table
 
 if TYPE_CHECKING:
     from pandas import DataFrame
+
+
+@dataclass(frozen=True)
+class Weights:
+    """Weights of the objective weight_range * range + weight_variance * scatter.
+
+    The scatter is the population variance [N2] for kind "paper", which is equation (31) as
+    published although it adds N to N2, and the standard deviation [N] for kind "newton".
+    """
+
+    weight_range: float
+    weight_variance: float
+    kind: Literal["paper", "newton"]
+
+    def weighted(self, variance: Any, sqrt: Callable[[Any], Any] = math.sqrt) -> Any:
+        """Return the weighted scatter of a variance [N2]: a float or, with a matching `sqrt`, a
+        symbol or array.
+        """
+        return self.weight_variance * (variance if self.kind == "paper" else sqrt(variance))
+
+    def value(self, range_N: float, variance: float) -> float:
+        """Return the objective of a range [N] and a variance [N2]."""
+        return float(self.weight_range * range_N + self.weighted(variance))
 
 
 def read_weights(machine: PlantingMachine) -> Weights:
@@ -58,22 +83,15 @@ def read_weights(machine: PlantingMachine) -> Weights:
 def build_problem(
     device: Device, sampling: Sampling = "refined", constraints: Constraints | None = None
 ) -> DesignProblem:
-    """Return the device's objective over true extremes and integrals, or that many samples, under
-    constraints if any.
+    """Return the problem of the sum of measures in the machine file, over true extremes and
+    integrals, or that many samples, under constraints if any.
 
-    Parameters are searched in shares of the machine file's bounds. Raises InputError where the
-    cam's law makes the force jump: a jump that passes a sample has no gradient.
+    Parameters are searched in shares of the machine file's bounds.
     """
-    machine, curve = device.machine, device.force
-    if (find_breakpoints(curve, curve.prologue(curve.design)).orders == 0).any():
-        allowed = (
-            "the force jumps where its flanks begin and end; an optimisation needs a law "
-            "without such jumps"
-        )
-        raise machine.input_error("cam.flank", allowed)
-    total = CurveSumObjective(curve, build_range_sum(read_weights(machine)), sampling)
-    further = [] if constraints is None else [constraints]
-    return DesignProblem(Goal(curve.machine, ()), sampling, further, total)
+    machine = device.force.machine
+    terms = [measure for measure in machine.objective if measure.weight]
+    goal = Goal(machine, terms, (), None if sampling == "refined" else sampling)
+    return DesignProblem(goal, sampling, [] if constraints is None else [constraints])
 
 
 DENSE = np.linspace(0, 2 * np.pi, 721)
@@ -84,29 +102,23 @@ def evaluate_true_extremes(device: Device, x: Array) -> TrueExtremes:
     """True extremes and integrals of the support force of a design x (p,) [SI], and the objective
     of these.
     """
-    extremes = ContinuousCycle.from_response(
-        device.force, build_range_sum(read_weights(device.machine))
-    ).look(x)
-    objective = read_weights(device.machine).value(extremes.range, extremes.variance)
-    return TrueExtremes(
-        extremes.high, extremes.low, extremes.range, extremes.mean, extremes.variance, objective
-    )
+    panels = CyclePanels(device.force, x)
+    high, low = (sign * panels.top(CurveSide(0, 0, sign)) for sign in (1, -1))
+    mean = Statistic("mean", panels.values[0], panels.shares).value
+    variance = Statistic("variance", panels.values[0], panels.shares).value
+    objective = read_weights(device.machine).value(high - low, variance)
+    return TrueExtremes(high, low, high - low, mean, variance, objective)
 
 
-def evaluate_samples(device: Device, x: Array) -> SampledScore:
-    """Return the objective of a design x (p,) [SI] over the machine file's samples, and its
-    parts.
+def evaluate_samples(device: Device, x: Array, samples: int | None = None) -> SampledScore:
+    """Return the objective of a design x (p,) [SI] over samples, those of the machine file if None,
+    and its parts.
     """
-    samples = device.machine.objective.samples
-    look = SampledCycle(device.force, build_range_sum(read_weights(device.machine)), samples).look(
-        x
-    )
-    return SampledScore(
-        samples,
-        read_weights(device.machine).value(look.range, look.variance),
-        look.range,
-        look.variance,
-    )
+    count = samples or device.machine.objective.samples
+    force = device.support(device.prologue(x), device.force.machine.list_angles(count))
+    span, variance = float(np.ptp(force)), float(force.var())
+    objective = read_weights(device.machine).value(span, variance)
+    return SampledScore(count, objective, span, variance)
 
 
 def find_curve_angles(device: Device, x: Array) -> Array:
@@ -115,20 +127,12 @@ def find_curve_angles(device: Device, x: Array) -> Array:
 
     Beside `DENSE` they hold the extremes of the support force, and both sides of where it may jump.
     """
-    response = device.force
-    panels = CyclePanels(response, x)
-    ends = np.concatenate(
-        [
-            panels.extremes(CurveSide(0, 0, 1)).angles,
-            panels.breaks - ONE_SIDED_OFFSET,
-            panels.breaks + ONE_SIDED_OFFSET,
-        ]
-    )
-    cycles = round(2 * np.pi / response.period)
-    all_ends = np.add.outer(
-        response.period * np.arange(cycles), np.mod(ends, response.period)
-    ).ravel()
-    return np.union1d(DENSE, all_ends)
+    period, panels = device.force.period, CyclePanels(device.force, x)
+    extremes = panels.extremes(CurveSide(0, 0, 1)).angles
+    sides = np.add.outer([-ONE_SIDED_OFFSET, ONE_SIDED_OFFSET], panels.breaks)
+    ends = np.mod(np.append(extremes, sides), period)
+    cycles = period * np.arange(round(2 * np.pi / period))
+    return np.union1d(DENSE, np.add.outer(cycles, ends))
 
 
 FIELDS = (OBJECTIVE, "range_N", "variance_N2", "mean_N")
@@ -148,8 +152,7 @@ class CycleObjective:
     def __init__(self, device: Device, samples: int | None = None) -> None:
         self.device, self._constants = device, device.constants
         self.samples = samples or device.machine.objective.samples
-        self.objective = read_weights(device.machine)
-        self.offsets = device.force.offsets
+        self.objective, self.offsets = read_weights(device.machine), device.force.offsets
         machine = device.force.machine
         paths = [machine.values[index].path for index in machine.moved]
         names = [OBJECTIVE, *(f"support_{field}" for field in FIELDS[1:])]
@@ -174,7 +177,7 @@ class CycleObjective:
         """Return a copy with separate memory."""
         return CycleObjective(self.device, self.samples)
 
-    @cached_property
+    @property
     def angles(self) -> Array:
         """The samples [rad] that differ: a half turn of them where both halves are the same."""
         return sample_angles(self.samples, self.device.force.period)
@@ -197,21 +200,12 @@ class CycleObjective:
         rows, gradients = self.many_gradients(np.asarray(x)[None])
         return float(rows[0, 0]), gradients[0]
 
-    def gradients(self, designs: Array, data: Array) -> tuple[Array, Array]:
-        """Objectives (m,) and gradients (m, p) of designs (m, p), each on a machine with other data
-        (m, c) [SI].
-        """
-        self._check(designs, (len(designs), *self.device.design.shape))
-        self._check(data, (len(designs), *self.device.constants.shape))
-        rows, gradients = self._differentiate(designs, data)
-        return rows[:, 0], gradients
-
     def many(self, designs: Array, threads: int = 1) -> Array:
         """Rows of objective [-], range [N], variance [N2] and mean [N], (m, 4), for designs (m, p)
         [SI].
         """
         self._check(designs, (len(designs), *self.device.design.shape))
-        rows = self._outputs.sample(self._join(designs, self._constants), threads)
+        rows = self._outputs.sample(self._join(designs), threads)
         self._check_finite(designs, rows)
         return rows
 
@@ -220,30 +214,20 @@ class CycleObjective:
         objective [1/SI].
         """
         self._check(designs, (len(designs), *self.device.design.shape))
-        return self._differentiate(designs, self.device.constants, threads)
+        rows, slopes = self._outputs.sample_slopes(self._join(designs), threads, 1, compiled=True)
+        self._check_finite(designs, rows, slopes[:, 0])
+        return rows, slopes[:, 0]
+
+    @cached_property
+    def _sum(self) -> JoinedObjective:
+        return build_problem(self.device, self.samples).goal.objective
 
     def hessian(self, x: Array) -> Array:
         """Hessian (p, p) [1/SI2] of the objective at x (p,) [SI], the extremes staying at their
         samples.
         """
         self._check(x, self.device.design.shape)
-        if self._slopes and not self.device.compiled:
-            self.device.compile()
-        at = self.device.prologue(x)
-        force, slopes = self.device.support_slopes(at, self.angles)
-
-        def bent(weights: Array) -> Array:
-            return self.device.force.hessian(at, self.angles, weights[None])[1:, 1:]
-
-        return WeightedSum(self.objective, force).hessian(slopes[:, 1:], bent)
-
-    def _differentiate(self, designs: Array, data: Array, threads: int = 1) -> tuple[Array, Array]:
-        """Return rows of `FIELDS`, (m, 4), and gradients (m, p), for data (c,), or (m, c)."""
-        rows, slopes = self._outputs.sample_slopes(
-            self._join(designs, data), threads, 1, compiled=True
-        )
-        self._check_finite(designs, rows, slopes[:, 0])
-        return rows, slopes[:, 0]
+        return find_hessian(self._sum, x)
 
     def _run(self, cycles: Cycles, x: Array) -> Memory:
         memory = cycles.run_row(x, self._constants)
@@ -251,10 +235,9 @@ class CycleObjective:
             raise self._failure(x)
         return memory
 
-    @staticmethod
-    def _join(designs: Array, data: Array) -> Array:
-        """Return all values (m, v) of designs (m, p) and data (c,) or (m, c)."""
-        return np.hstack([designs, np.broadcast_to(data, (len(designs), data.shape[-1]))])
+    def _join(self, designs: Array) -> Array:
+        """Return all values (m, v) of the machine with designs (m, p)."""
+        return np.hstack([designs, np.tile(self._constants, (len(designs), 1))])
 
     def _check_finite(self, designs: Array, *results: Array) -> None:
         failed = np.flatnonzero(~np.isfinite(np.hstack(results)).all(axis=1))

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from planter import errors
 from planter.engine import search
+from planter.engine.front import trace_front
 from planter.engine.machine import check_samples
 from planter.engine.problem import DesignProblem
 from planter.engine.search import (
@@ -21,9 +22,9 @@ from planter.engine.search import (
     minimise,
 )
 from planter.engine.sections import HOLD
+from planter.engine.sensitivity import find_directions
 from planter.errors import ComputationError, InputError
 from planter.kernels import Array
-from planter.optimise import pareto
 from planter.optimise.constraints import FEASIBILITY_TOLERANCE, Constraints, join_constraints
 from planter.optimise.feasibility import MAX_ELASTIC_STARTS, find_feasible_or_nearest
 from planter.optimise.local_search import (
@@ -37,25 +38,25 @@ from planter.optimise.local_search import (
     select_start,
 )
 from planter.optimise.optimiser import Method
-from planter.optimise.pareto import ParetoPoint
 from planter.optimise.problem import Problem
-from planter.optimise.range_variance import Sampling, count_angles, find_insensitivity
-from planter.optimise.result import EvaluationCounts, OptimiserResult
+from planter.optimise.range_variance import Sampling, count_angles
+from planter.optimise.result import OptimiserResult
 from planter.parallel.task import AUTO, Means, Task
 from planter.planting import objective
 from planter.planting.design_summary import summarise_design
 from planter.planting.file import PlantingMachine
 from planter.planting.functions import MODELS, Model
-from planter.planting.model import Device
-from planter.planting.objective import build_problem, evaluate_samples, evaluate_true_extremes
+from planter.planting.model import FORCE, Device
+from planter.planting.objective import evaluate_samples, evaluate_true_extremes
 from planter.planting.requirements import RequirementConstraints, build_infeasibility_error
 from planter.planting.results import (
     FrontPoint,
     OptimisationFound,
     OptimumFound,
-    PlantingCertificate,
     RequirementResult,
+    SampledScore,
     Scores,
+    TrueExtremes,
 )
 from planter.planting.tooth_counts import PitchLengthConstraints, ToothCountSpec
 from planter.progress import Listener
@@ -123,7 +124,6 @@ def build_descent_task(
         "machine": device.machine,
         "model": device.model,
         "sampling": sampling,
-        "compiled": device.compiled,
         "tooth_counts": None if lengths is None else lengths.spec,
     }
     return Task(prepare_device_descents, arguments)
@@ -133,15 +133,10 @@ def prepare_device_descents(
     machine: PlantingMachine,
     model: Model,
     sampling: Sampling,
-    compiled: bool,
     tooth_counts: ToothCountSpec | None,
 ) -> Callable[[Descent], SearchRecord]:
-    """Return the function that descends from a point (p,), with kernels compiled if asked for,
-    whole teeth if any.
-    """
+    """Return the function that descends from a point (p,), with whole teeth if any."""
     device = Device(machine, model)
-    if compiled:
-        device.compile(sampling == "refined")
     lengths = None if tooth_counts is None else PitchLengthConstraints(device, tooth_counts)
     return search.prepare_descents(
         build_constrained_problem(
@@ -152,49 +147,34 @@ def prepare_device_descents(
 
 @dataclass(frozen=True)
 class DeviceOptimum(OptimiserResult):
-    """A device's optimum: `design` x (p,) in SI.
+    """A device's optimum: `design` x (p,) in SI, with the range and the scatter of the force there.
 
     `insensitive` spans the directions in which the force does not change at the optimum, each
     [{name: weight}, ...] in parts of the box width: along these the design is not determined.
     """
 
     sampling: Sampling
-    names: tuple[str, ...]
+    score: SampledScore | TrueExtremes
     effective_parameters: int
     insensitive: list[list[dict[str, float]]]
     requirements: list[RequirementResult]
 
-    def build_record(self, scale: Array) -> OptimumFound:
-        """The optimum as results show it; `scale` (p,) is SI per shown unit."""
+    def build_record(self, device: Device) -> OptimumFound:
+        """The optimum as results show it."""
         return OptimumFound(
             method=self.method,
             samples=self.sampling,
             objective=self.objective,
-            design=dict(zip(self.names, (self.design / scale).tolist(), strict=True)),
-            range_N=self.evaluation.look.range,
-            variance_N2=self.evaluation.look.variance,
+            design=device.named(self.design),
+            range_N=self.score.range_N,
+            variance_N2=self.score.variance_N2,
             start_objective=self.start_objective,
-            evaluations=EvaluationCounts(**vars(self.evaluations)),
+            evaluations=self.evaluations,
             seconds=self.seconds,
-            certificate=self._proof(),
+            certificate=self.certificate,
             effective_parameters=self.effective_parameters,
             insensitive=self.insensitive,
             requirements=self.requirements or None,
-        )
-
-    def _proof(self) -> PlantingCertificate:
-        """The certificate, with the requirements that hold the optimum where there are any to
-        keep.
-        """
-        proof, required = self.certificate, {constraint.name for constraint in self.requirements}
-        active = [each for each in proof.active_constraints if each.name in required]
-        return PlantingCertificate(
-            kkt_residual=proof.kkt_residual,
-            active_bounds=proof.active_bounds,
-            starts=proof.starts,
-            agreeing_starts=proof.agreeing_starts,
-            spread=proof.spread,
-            active_requirements=active if self.requirements else None,
         )
 
 
@@ -210,15 +190,15 @@ class OptimisationInterrupted(errors.Interrupted):
     """
 
     def __init__(
-        self, best: DeviceOptimum | None, scale: Array, closest: Table | None = None
+        self, best: DeviceOptimum | None, device: Device, closest: Table | None = None
     ) -> None:
-        super().__init__(closest if best is None else best.build_record(scale).table())
+        super().__init__(closest if best is None else best.build_record(device).table())
         self.best = best
 
 
 def search_optimum(
     device: Device,
-    method: Method = "hybrid",
+    method: Method = "auto",
     samples: Sampling = "refined",
     seed: int = 0,
     starts: int | None = None,
@@ -256,7 +236,7 @@ def search_optimum(
         return _build_optimum(device, required, lengths, samples, result)
 
     def build_table(candidate: CandidateDesign) -> Table:
-        look = task.score(candidate.x).look
+        score = evaluate_force(device, candidate.x, samples)
         return {
             "machine": device.machine.name,
             "model": device.model,
@@ -265,8 +245,8 @@ def search_optimum(
             "seed": seed,
             "objective": candidate.objective,
             "design": device.named(candidate.x),
-            "range_N": look.range,
-            "variance_N2": look.variance,
+            "range_N": score.range_N,
+            "variance_N2": score.variance_N2,
             "start_objective": task.reference.objective,
             "seconds": candidate.seconds,
             "met": candidate.is_feasible,
@@ -298,9 +278,9 @@ def search_optimum(
     except InterruptedSearch as stop:
         best = None if stop.best is None else build_optimum(stop.best)
         closest = None if stop.candidate is None else build_table(stop.candidate)
-        raise OptimisationInterrupted(best, device.scale, closest or build_closest()) from None
+        raise OptimisationInterrupted(best, device, closest or build_closest()) from None
     except KeyboardInterrupt:
-        raise OptimisationInterrupted(None, device.scale, build_closest()) from None
+        raise OptimisationInterrupted(None, device, build_closest()) from None
 
 
 def _build_optimum(
@@ -310,18 +290,26 @@ def _build_optimum(
     sampling: Sampling,
     result: OptimiserResult,
 ) -> DeviceOptimum:
-    equation_gradients = None if lengths is None else lengths.slopes(result.design)
-    directions = find_insensitivity(
-        device.force, result.design, count_angles(sampling), equation_gradients
-    )
+    x, machine = result.design, device.force.machine
+    equation_gradients = None if lengths is None else lengths.slopes(x)
+    placed = replace(machine, data=machine.build_data(x))
+    count = count_angles(sampling)
+    directions = find_directions(placed, machine.objective, count, equation_gradients)
     return DeviceOptimum(
         **vars(result),
         sampling=sampling,
-        names=device.names,
+        score=evaluate_force(device, x, sampling),
         effective_parameters=directions.effective_parameters,
         insensitive=directions.named,
-        requirements=[] if required is None else required.record(result.design),
+        requirements=[] if required is None else required.record(x),
     )
+
+
+def evaluate_force(device: Device, x: Array, sampling: Sampling) -> SampledScore | TrueExtremes:
+    """Return range and scatter of the force of a design x (p,), true or over samples."""
+    if sampling == "refined":
+        return evaluate_true_extremes(device, x)
+    return evaluate_samples(device, x, sampling)
 
 
 @dataclass(frozen=True)
@@ -331,7 +319,6 @@ class Optimisation:
     optimum: DeviceOptimum
     devices: dict[str, Device]
     result: OptimisationFound
-    front: Sequence[ParetoPoint] = ()
     certificate: str | None = None
     """The text of the file of its proof, if it has one."""
 
@@ -368,7 +355,7 @@ class Optimisation:
 
 def optimise(
     device: Device,
-    method: Method = "hybrid",
+    method: Method = "auto",
     samples: str | None = None,
     seed: int = 0,
     starts: int | None = None,
@@ -384,39 +371,33 @@ def optimise(
     when the user stops the search.
     """
     sampling = parse_sampling(samples)
-    device = Device(device.machine, device.model)
-    device.compile(sampling == "refined")
     optimum = search_optimum(device, method, sampling, seed, starts, progress, keep, means=means)
     try:
         return evaluate_in_both_models(device, optimum)
     except KeyboardInterrupt:
-        raise OptimisationInterrupted(optimum, device.scale) from None
+        raise OptimisationInterrupted(optimum, device) from None
 
 
 def add_pareto_front(optimisation: Optimisation, progress: Listener | None = None) -> Optimisation:
     """Return the optimum with the Pareto front from the smallest range to the smallest variance."""
     device = optimisation.devices[optimisation.result.model]
-    front = pareto.trace_pareto_front(
-        device.force, optimisation.optimum.sampling, pareto.FRONT_POINTS, progress
-    )
-    points = [
-        FrontPoint(
-            point.evaluation.look.range, point.evaluation.look.variance, device.named(point.design)
-        )
-        for point in front
-    ]
-    return replace(optimisation, front=front, result=replace(optimisation.result, front=points))
+    front = trace_front(device.force.machine, FORCE, optimisation.optimum.sampling, progress)
+    points = [FrontPoint(a, b, device.named(x)) for a, b, x in front]
+    return replace(optimisation, result=replace(optimisation.result, front=points))
 
 
 def evaluate_in_both_models(device: Device, optimum: DeviceOptimum) -> Optimisation:
     """Return an optimum and the design it started from, evaluated in both models."""
-    sampling, record = optimum.sampling, optimum.build_record(device.scale)
+    sampling, record = optimum.sampling, optimum.build_record(device)
     devices: dict[str, Device] = {
         model: device if model == device.model else Device(device.machine, model)
         for model in MODELS
     }
-    tasks = {model: build_problem(other, sampling) for model, other in devices.items()}
-    start = tasks[device.model].reference.look
+    starts, ends = (
+        {model: evaluate_force(other, x, sampling) for model, other in devices.items()}
+        for x in (device.design, optimum.design)
+    )
+    start = starts[device.model]
     result = OptimisationFound(
         machine=device.machine.name,
         model=device.model,
@@ -425,10 +406,10 @@ def evaluate_in_both_models(device: Device, optimum: DeviceOptimum) -> Optimisat
         refined=evaluate_true_extremes(device, optimum.design),
         seed=optimum.seed,
         start_design=device.named(device.design),
-        start_range_N=start.range,
-        start_variance_N2=start.variance,
-        cross={model: _score_designs(task, optimum.design) for model, task in tasks.items()},
-        statement=describe_optimum(start.range, record, device.size),
+        start_range_N=start.range_N,
+        start_variance_N2=start.variance_N2,
+        cross={model: Scores(starts[model].objective, ends[model].objective) for model in devices},
+        statement=describe_optimum(start.range_N, record, device.size),
         designer=summarise_design(device, optimum.design),
         start_designer=summarise_design(device, device.design),
     )
@@ -441,12 +422,14 @@ def describe_optimum(start_range_N: float, record: OptimumFound, parameters: int
     """
     share = 100 * (record.range_N / start_range_N - 1)
     proof = record.certificate
+    names = {requirement.name for requirement in record.requirements or ()}
+    active = [each for each in proof.active_constraints if each.name in names]
     sure = proof.kkt_residual < STATIONARITY_TOLERANCE and (
         proof.agreeing_starts > 1 or not proof.starts
     )
     parts = [f"{len(proof.active_bounds)} of {parameters} parameters at a bound"]
-    if proof.active_requirements is not None:
-        parts.append(count_things(len(proof.active_requirements), "active requirement"))
+    if record.requirements is not None:
+        parts.append(count_things(len(active), "active requirement"))
     if not sure:
         parts.append(
             f"KKT residual {proof.kkt_residual:.1e}, {proof.agreeing_starts} of {proof.starts} "
@@ -473,8 +456,3 @@ def parse_sampling(text: str | None) -> Sampling:
         raise InputError.for_value("--samples", text, allowed) from None
     check_samples(samples)
     return samples
-
-
-def _score_designs(task: Problem, x: Array) -> Scores:
-    """Objective of the machine file's own design and of the optimum x (p,) in one model."""
-    return Scores(start=task.reference.objective, optimum=task.score(x).objective)

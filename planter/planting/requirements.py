@@ -4,7 +4,6 @@ optimisation constraints.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -29,30 +28,21 @@ INVERSE = "curvature_radius"
 """The requirement on 1/row: its rows are curvatures [1/m]."""
 
 
-@dataclass(frozen=True)
-class RowBounds:
-    """Bounds (k,) on the rows of `RequirementRows`, and the step (k,) in which violations are
-    counted, in SI.
-
-    With margins they are the constraints of an optimum, without them the limits of the file.
+def compute_bounds(measures: RequirementRows) -> tuple[Array, Array, Array]:
+    """Return lower and upper bounds of every row, margins included, in steps, and the steps in
+    which violations are counted in SI, (k,) each.
     """
-
-    lower: Array
-    upper: Array
-    step: Array
-
-    def excess(self, values: Array) -> Array:
-        """Return by how many steps each row exceeds its bounds, negative inside, (k,)."""
-        return np.maximum(self.lower - values, values - self.upper) / self.step
+    kinds = [row.kind for row in measures.rows]
+    step = np.array([_step(measures.section, kind) for kind in kinds])
+    lower, upper = np.array([_pair(measures.section, kind) for kind in kinds], dtype=float).T
+    return lower / step, upper / step, step
 
 
-def compute_bounds(measures: RequirementRows, margins: bool = True) -> RowBounds:
-    """Return the bounds of every row."""
-    pairs = [_pair(measures.section, row.kind, margins) for row in measures.rows]
-    lower, upper = np.array(pairs, dtype=float).T
-    return RowBounds(
-        lower, upper, np.array([_step(measures.section, row.kind) for row in measures.rows])
-    )
+def measure_excess(measures: RequirementRows, x: Array) -> Array:
+    """Return by how many steps each row exceeds its bounds at a design (p,), negative inside."""
+    lower, upper, step = compute_bounds(measures)
+    values = measures.at(x).values / step
+    return np.maximum(lower - values, values - upper)
 
 
 def to_display_unit(row: RequirementRow, value: float) -> float:
@@ -100,8 +90,8 @@ def suggest_limit(section: Requirements, name: str, value: float) -> tuple[str, 
     return kind.key(side), limit, value - margin - strict if side == "min" else value + margin
 
 
-def _pair(section: Requirements, kind: RequirementKind, margins: bool) -> tuple[float, float]:
-    margin = (section.limit(kind.name, "margin") or 0.0) if margins else 0.0
+def _pair(section: Requirements, kind: RequirementKind) -> tuple[float, float]:
+    margin = section.limit(kind.name, "margin") or 0.0
     low, high = display_limits(section, kind)
     lower = -np.inf if low is None else (low + margin) * kind.factor
     upper = np.inf if high is None else (high - margin) * kind.factor
@@ -139,35 +129,18 @@ def evaluate_requirements(measures: RequirementRows, x: Array) -> list[Requireme
     `margin` is how far the value is inside the nearest limit, in the requirement's unit; `phi_deg`
     is the carrier angle of side 1 at which the value occurs, None if it belongs to no angle.
     """
-    rows = measures.at(x)
-    excess = compute_bounds(measures).excess(rows.values)
-    entries = []
-    for kind in measures.kinds:
-        indices = [k for k, row in enumerate(measures.rows) if row.kind is kind]
-        worst = max(indices, key=lambda k: excess[k])
-        row = measures.rows[worst]
-        entries.append(
-            build_entry(
-                measures,
-                kind,
-                row,
-                float(rows.values[worst]),
-                find_carrier_angle(measures, x, worst),
-            )
-        )
-    return entries
+    excess = measure_excess(measures, x)
+    of_kinds = (
+        [k for k, row in enumerate(measures.rows) if row.kind is kind] for kind in measures.kinds
+    )
+    return [_evaluate_row(measures, x, max(rows, key=lambda k: excess[k])) for rows in of_kinds]
 
 
-def build_entry(
-    measures: RequirementRows,
-    kind: RequirementKind,
-    row: RequirementRow,
-    value: float,
-    angle: float | None,
-) -> RequirementResult:
-    """Return the result of one requirement."""
-    section, machine = measures.section, measures.device.machine
-    number = to_display_unit(row, value)
+def _evaluate_row(measures: RequirementRows, x: Array, index: int) -> RequirementResult:
+    """Return the result of the requirement of a row, which is its worst."""
+    section, machine, row = measures.section, measures.device.machine, measures.rows[index]
+    kind, angle = row.kind, find_carrier_angle(measures, x, index)
+    number = to_display_unit(row, float(measures.at(x).values[index]))
     lower, upper = display_limits(section, kind)
     margin, required_margin = (
         compute_margin(section, kind, number),
@@ -235,9 +208,7 @@ class RequirementConstraints(Constraints):
 
     def __init__(self, device: Device) -> None:
         self.measures = RequirementRows(device)
-        self.limits = compute_bounds(self.measures)
-        self.step = self.limits.step
-        self.lower, self.upper = self.limits.lower / self.step, self.limits.upper / self.step
+        self.lower, self.upper, self.step = compute_bounds(self.measures)
         self.kinds = self.measures.kinds
         names = [kind.name for kind in self.kinds]
         self.owner = np.array([names.index(row.kind.name) for row in self.measures.rows])

@@ -12,9 +12,8 @@ from planter.measured.findings import (
     MeasuredPreview,
 )
 from planter.mechanism.results import MachineValidation, MechanismCycleResult
-from planter.optimise.certificate import ActiveBound, ActiveConstraint
 from planter.optimise.proof.search import GlobalBound
-from planter.optimise.result import EvaluationCounts
+from planter.optimise.result import EvaluationCounts, OptimalityCertificate
 from planter.planting.design_results import DesignersSummary, ToothCountResult
 from planter.records import Record
 
@@ -150,18 +149,6 @@ class PlantingValidation(MachineValidation):
 
 
 @dataclass(frozen=True)
-class PlantingCertificate(Record):
-    """Certificate of an optimum, with its active requirements if the file has any."""
-
-    kkt_residual: float
-    active_bounds: list[ActiveBound]
-    starts: int
-    agreeing_starts: int
-    spread: float
-    active_requirements: list[ActiveConstraint] | None = None
-
-
-@dataclass(frozen=True)
 class SampledScore(Record):
     """A design scored over the machine file's number of samples."""
 
@@ -186,7 +173,7 @@ class OptimumFound(Record):
     start_objective: float
     evaluations: EvaluationCounts
     seconds: float
-    certificate: PlantingCertificate
+    certificate: OptimalityCertificate
     effective_parameters: int
     insensitive: list[Direction]
     requirements: list[RequirementResult] | None = None
@@ -212,7 +199,7 @@ class FrontPoint(Record):
 
 
 @dataclass(frozen=True, kw_only=True)
-class OptimisationFound(Record):
+class OptimisationFound(OptimumFound):
     """`planter optimise`: an optimum with its certificate, both designs in both models, whole teeth
     where asked for.
 
@@ -223,19 +210,6 @@ class OptimisationFound(Record):
 
     machine: str
     model: str
-    method: str
-    samples: int | str
-    objective: float
-    design: Design
-    range_N: float
-    variance_N2: float
-    start_objective: float
-    evaluations: EvaluationCounts
-    seconds: float
-    certificate: PlantingCertificate
-    effective_parameters: int
-    insensitive: list[Direction]
-    requirements: list[RequirementResult] | None = None
     sampled: SampledScore
     refined: TrueExtremes
     seed: int

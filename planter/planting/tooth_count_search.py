@@ -207,7 +207,7 @@ def _cut_stage(
 def optimise_with_tooth_counts(
     device: Device,
     spec: ToothCountSpec | None,
-    method: Method = "hybrid",
+    method: Method = "auto",
     samples: str | None = None,
     seed: int = 0,
     starts: int | None = None,
@@ -247,7 +247,7 @@ def optimise_with_tooth_counts(
             begin,
         )
     except KeyboardInterrupt:
-        raise OptimisationInterrupted(optimum, device.scale) from None
+        raise OptimisationInterrupted(optimum, device) from None
 
 
 def _check_feasibility(device: Device, spec: ToothCountSpec, seed: int) -> None:

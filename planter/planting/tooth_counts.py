@@ -197,10 +197,7 @@ def build_pitch_length(device: Device, stage: int) -> PitchLength:
             for corner in corners
         ),
     ]
-    curve = PitchLength(device.stages[stage], candidates)
-    if device.compiled:
-        curve.compile()
-    return curve
+    return PitchLength(device.stages[stage], candidates)
 
 
 @dataclass(frozen=True)

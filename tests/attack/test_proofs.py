@@ -5,7 +5,6 @@ time.
 from __future__ import annotations
 
 import json
-import math
 from copy import deepcopy
 from pathlib import Path
 from typing import Any
@@ -14,7 +13,6 @@ import pytest
 from hypothesis import given, seed
 from hypothesis import strategies as st
 
-from planter.optimise.proof import certificate_file, check_proof
 from planter.optimise.proof.certificate_file import check_document, compute_digest, format_document
 from tests.attack.test_attack import SEED, share
 from tests.planter.optimise.proof.test_certificate_file import Document, check_apart, prove_document
@@ -119,9 +117,3 @@ def test_too_many_panels_are_refused() -> None:
     document["sha256"] = compute_digest(document)
     assert "panels" in str(check_document(document).reason)
     assert "panels" in str(check_apart(document))
-
-
-def test_both_checkers_have_the_same_limits() -> None:
-    for name in ("MOST_SAMPLES", "MOST_PANELS", "LARGEST_POWER", "LONGEST_FRACTION"):
-        assert getattr(check_proof, name) == getattr(certificate_file, name)
-        assert math.isfinite(getattr(check_proof, name))

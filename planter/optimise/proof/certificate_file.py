@@ -2,14 +2,13 @@
 
 Numbers that define what is proved, and bounds, are hexadecimal doubles. Evidence, of which any
 gives true bounds, is in decimal numbers. `check_proof.py` beside this module checks the same file
-in another arithmetic, without planter.
+in another arithmetic, without planter; its rules for what a file may state are applied here, too.
 """
 
 from __future__ import annotations
 
 import hashlib
 import json
-import re
 from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
 from pathlib import Path
@@ -20,7 +19,13 @@ import numpy as np
 from planter.errors import InputError
 from planter.files.text import read_json
 from planter.kernels import Array, generated
-from planter.optimise.proof.claims import FORMAT, RefusedError, check_claims, compose_statement
+from planter.optimise.proof.check_proof import (
+    FORMAT,
+    RefusedError,
+    check_form,
+    check_size,
+    state_claim,
+)
 from planter.optimise.proof.enclosures import (
     EnclosedResponse,
     Evidence,
@@ -39,10 +44,6 @@ from planter.version import __version__
 
 LARGEST_BYTES, MOST_VALUES = 1_000_000_000, 100_000_000
 """Limits of a file."""
-MOST_SAMPLES, MOST_PANELS, LARGEST_POWER, LONGEST_FRACTION = 100_000, 100_000, 1000, 40
-"""Limits of what a file asks to compute: samples, panels of a box, exponents, and characters of a
-fraction.
-"""
 
 
 def write_certificate(
@@ -153,7 +154,7 @@ def build_document(
         "nodes": [_write_node(node, [places[child] for child in node.children]) for node in nodes],
     }
     plain: dict[str, Any] = json.loads(json.dumps(document))
-    plain["statement"] = compose_statement(plain)
+    plain["statement"] = state_claim(plain)
     return {**plain, "sha256": compute_digest(plain)}
 
 
@@ -233,49 +234,13 @@ def _list_parts(node: BoxNode, entry: Mapping[str, Any]) -> list[Box]:
     return [(lower, upper)]
 
 
-def check_size(document: Mapping[str, Any]) -> None:
-    """Raise ValueError if a file asks to compute more than any proof that planter writes."""
-    samples, response = document["samples"], document["response"]
-    if document["kind"] not in ("true", "sampled"):
-        raise ValueError("kind must be true or sampled")
-    if samples is not None and not (isinstance(samples, int) and 1 <= samples <= MOST_SAMPLES):
-        raise ValueError(
-            f"samples = {samples!r} must be a whole number between 1 and {MOST_SAMPLES}"
-        )
-    for text in (response["period"], *response["offsets"]):  # 1e99999999 would be written out
-        if len(text) > LONGEST_FRACTION or not re.fullmatch(r"-?\d+(/[1-9]\d*)?", text):
-            raise ValueError(
-                f"{text[:LONGEST_FRACTION]!r} is no fraction of a revolution, or has too many "
-                f"digits"
-            )
-    if not Fraction(response["period"]) > 0:
-        raise ValueError("period must be above 0")
-    for name, _, numbers in (step for stage in response["stages"] for step in stage["operations"]):
-        exponents = [read_number(number) for number in numbers][: name == "power"]
-        if any(abs(exponent) > LARGEST_POWER for exponent in exponents):
-            raise ValueError(
-                f"a power of {numbers[0]} must be between -{LARGEST_POWER} and {LARGEST_POWER}"
-            )
-    for entry in (document["incumbent"], *document["nodes"]):
-        evidence = entry.get("evidence", {})
-        for key in evidence.keys() & {"panels", "narrow"}:
-            counts = evidence[key]["parts"]
-            if (
-                not all(isinstance(count, int) and count > 0 for count in counts)
-                or sum(counts) > MOST_PANELS
-            ):
-                raise ValueError(
-                    f"parts of {key} must be whole numbers above 0, {MOST_PANELS} in all at most"
-                )
-
-
 def check_document(document: Mapping[str, Any]) -> ProofCheck:
     """Return whether the bounds of a document follow from its programs, each computed again."""
     try:
         if compute_digest(document) != document["sha256"]:
             raise RefusedError("sha256 does not match the content of the file")
         check_size(document)  # first: the other checks take as long as what is asked for
-        check_claims(document)
+        check_form(document)
         if changed := generated.find_changed(document["generated"]):
             raise RefusedError(
                 f"generated: {', '.join(changed)} of this installation differs from what was proved"

@@ -215,12 +215,12 @@ class EnclosedResponse:
         """Return the results of a stage; those that no angle changes are remembered."""
         if not self.program.fixed[index]:
             return self._compute(index, space, inputs, guesses)
-        felt = sorted({k for jet in inputs for k in jet.felt})
+        support = sorted({k for jet in inputs for k in jet.support})
         parts = [ball for jet in inputs for ball in (jet.value, jet.gradient, jet.hessian)]
         key = (
             index,
-            *felt,
-            space.half[felt].tobytes(),
+            *support,
+            space.half[support].tobytes(),
             *(side.tobytes() for b in parts for side in (b.mid, b.rad)),
         )
         if key not in self._fixed_results:
@@ -389,14 +389,14 @@ def _enclose_parts(parts: Sequence[tuple[Integers, Jet]]) -> Jet:
     lanes.
     """
     (lanes, first), *pieces = parts
-    felt = tuple(sorted({k for _, jet in parts for k in jet.felt}))
-    hull = first.over(felt).taken(lanes)
+    support = tuple(sorted({k for _, jet in parts for k in jet.support}))
+    hull = first.over(support).taken(lanes)
     touched = np.zeros(len(lanes), dtype=bool)
     balls = [hull.value, hull.gradient, hull.hessian]
     bounds = [(ball.low, ball.high) for ball in balls] if pieces else []
     for piece_lanes, jet in pieces:
         touched[piece_lanes] = True
-        piece = jet.over(felt).taken(np.arange(len(piece_lanes)))
+        piece = jet.over(support).taken(np.arange(len(piece_lanes)))
         for (low, high), ball in zip(
             bounds, (piece.value, piece.gradient, piece.hessian), strict=True
         ):
@@ -407,7 +407,7 @@ def _enclose_parts(parts: Sequence[tuple[Integers, Jet]]) -> Jet:
             select_balls(touched, Ball.between(*side), ball)
             for side, ball in zip(bounds, balls, strict=True)
         ]
-    return Jet(hull.space, felt, *balls)
+    return Jet(hull.space, support, *balls)
 
 
 MAX_CHOICES = 60
@@ -439,13 +439,13 @@ class Maximum:
         """
         return float(self.points.value[part].low.max()), float(self.panels.value[part].high.max())
 
-    def find_slopes(self, felt: tuple[int, ...]) -> Ball:
+    def find_slopes(self, support: tuple[int, ...]) -> Ball:
         """Return what encloses the slopes of the greatest value: those of all panels that may have
         it.
         """
-        panels = self.panels.over(tuple(sorted({*felt, *self.panels.felt})))
+        panels = self.panels.over(tuple(sorted({*support, *self.panels.support})))
         lanes = np.flatnonzero((self.points.taken(self.order[:1]) - panels).lower_bound <= 0)
-        places = [panels.felt.index(k) for k in felt]
+        places = [panels.support.index(k) for k in support]
         return panels.taken(lanes).gradient[ANYWHERE].spread()[places]
 
 
@@ -490,17 +490,19 @@ def bound_objective(smooth: Jet, extremes: Sequence[Maximum]) -> ObjectiveBounds
     total = smooth
     for extreme, lanes in zip(extremes, np.meshgrid(*chosen, indexing="ij"), strict=True):
         total = total + extreme.points.taken(lanes.ravel())
-    moved = (k for extreme in extremes for k in extreme.panels.felt if smooth.space.half[k].any())
-    total = total.over(tuple(sorted({*total.felt, *moved})))
-    slopes = smooth.over(total.felt).gradient[ANYWHERE][:, 0]
+    moved = (
+        k for extreme in extremes for k in extreme.panels.support if smooth.space.half[k].any()
+    )
+    total = total.over(tuple(sorted({*total.support, *moved})))
+    slopes = smooth.over(total.support).gradient[ANYWHERE][:, 0]
     for extreme in extremes:
-        slopes = slopes + extreme.find_slopes(total.felt)
+        slopes = slopes + extreme.find_slopes(total.support)
     reached = smooth.value[CENTRE][0]
     for extreme in extremes:
         reached = reached + Ball.exact(extreme.find_span(CENTRE)[1])
     space = smooth.space
-    half = space.half[list(total.felt)]
-    curvature = (half * space.reach(total.felt, total.hessian.magnitude)).max(axis=-1)
+    half = space.half[list(total.support)]
+    curvature = (half * space.reach(total.support, total.hessian.magnitude)).max(axis=-1)
     bounds = ObjectiveBounds(
         float(total.lower_bound.max()),
         float(reached.high),
@@ -514,9 +516,13 @@ def _expand_bounds(total: Jet, bounds: ObjectiveBounds) -> ObjectiveBounds:
     """Return the bounds with slopes and looseness of all parameters (p,), zero for parameters of
     zero width.
     """
-    size, felt = len(total.space.lower), list(total.felt)
+    size, support = len(total.space.lower), list(total.support)
     mid, rad, loose = np.zeros(size), np.zeros(size), np.zeros(size)
-    mid[felt], rad[felt], loose[felt] = bounds.slopes.mid, bounds.slopes.rad, bounds.looseness
+    mid[support], rad[support], loose[support] = (
+        bounds.slopes.mid,
+        bounds.slopes.rad,
+        bounds.looseness,
+    )
     return ObjectiveBounds(
         bounds.lower_bound, bounds.reached, Ball(mid, rad), loose, total.space.may_jump
     )

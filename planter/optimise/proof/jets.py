@@ -105,49 +105,51 @@ class Space:
         """Return functions of the first parameters, with values (m,) at the centre and slopes (m,
         k), as a jet.
         """
-        felt = tuple(k for k in np.flatnonzero(slopes.any(axis=0)).tolist() if self.half[k].any())
-        rates = slopes.T[list(felt)]
-        change = _weigh(self.half[list(felt)], np.abs(rates)) * GROWTH + TINY
-        value = Ball(
-            np.stack([values, values]), np.stack([0 * values, change if felt else 0 * values])
+        support = tuple(
+            k for k in np.flatnonzero(slopes.any(axis=0)).tolist() if self.half[k].any()
         )
-        bend = np.zeros((packed_size(len(felt)), len(values)))
-        return Jet(self, felt, value, Ball.exact(np.stack([rates, rates])), Ball.exact(bend))
+        rates = slopes.T[list(support)]
+        change = _weigh(self.half[list(support)], np.abs(rates)) * GROWTH + TINY
+        value = Ball(
+            np.stack([values, values]), np.stack([0 * values, change if support else 0 * values])
+        )
+        bend = np.zeros((packed_size(len(support)), len(values)))
+        return Jet(self, support, value, Ball.exact(np.stack([rates, rates])), Ball.exact(bend))
 
     def integer(self, number: int) -> Jet:
         """Return an integer as a jet."""
         return self.constant(Ball.exact([float(number)]))
 
-    def reach(self, felt: tuple[int, ...], hessian: Array) -> Array:
+    def reach(self, support: tuple[int, ...], hessian: Array) -> Array:
         """Return the change (k, lanes) of a gradient from the centre to the faces, from packed
         |Hessian| (K, lanes).
         """
         if self.half.shape[1] > 1:
-            rows, columns = packed_indices(len(felt))
-            square = np.empty((len(felt), len(felt)), dtype=np.int64)
+            rows, columns = packed_indices(len(support))
+            square = np.empty((len(support), len(support)), dtype=np.int64)
             square[rows, columns] = square[columns, rows] = np.arange(len(rows))
-            reach_sum: Array = (hessian[square] * self.half[list(felt)]).sum(axis=1)
+            reach_sum: Array = (hessian[square] * self.half[list(support)]).sum(axis=1)
             return reach_sum
-        if felt not in self._reach:
-            rows, columns = packed_indices(len(felt))
-            reach = np.zeros((len(felt), len(rows)))
+        if support not in self._reach:
+            rows, columns = packed_indices(len(support))
+            reach = np.zeros((len(support), len(rows)))
             for place, (i, j) in enumerate(zip(rows, columns, strict=True)):
-                reach[i, place] = self.half[felt[j], 0]
-                reach[j, place] = self.half[felt[i], 0]
-            self._reach[felt] = reach
-        return self._reach[felt] @ hessian
+                reach[i, place] = self.half[support[j], 0]
+                reach[j, place] = self.half[support[i], 0]
+            self._reach[support] = reach
+        return self._reach[support] @ hessian
 
 
 @dataclass(frozen=True, eq=False)
 class Jet:
-    """A quantity over lanes; `felt` are the indices of the k parameters on which it depends.
+    """A quantity over lanes; `support` are the indices of the k parameters on which it depends.
 
     value (2, lanes) and gradient (2, k, lanes) at the centre and anywhere; hessian (K, lanes)
     anywhere, packed.
     """
 
     space: Space
-    felt: tuple[int, ...]
+    support: tuple[int, ...]
     value: Ball
     gradient: Ball
     hessian: Ball
@@ -171,7 +173,7 @@ class Jet:
         """Return the jet repeated over `count` lanes if it has one lane."""
         return Jet(
             self.space,
-            self.felt,
+            self.support,
             *(_broadcast_lanes(b, count) for b in (self.value, self.gradient, self.hessian)),
         )
 
@@ -181,30 +183,30 @@ class Jet:
             _broadcast_lanes(b, self.lanes) for b in (self.value, self.gradient, self.hessian)
         )
         return Jet(
-            self.space, self.felt, value[..., lanes], gradient[..., lanes], hessian[..., lanes]
+            self.space, self.support, value[..., lanes], gradient[..., lanes], hessian[..., lanes]
         )
 
-    def over(self, felt: tuple[int, ...]) -> Jet:
+    def over(self, support: tuple[int, ...]) -> Jet:
         """Return the jet as a function of more parameters."""
-        if felt == self.felt:
+        if support == self.support:
             return self
-        rows, places = _embedding_indices(self.felt, felt)
+        rows, places = _embedding_indices(self.support, support)
         gradient, hessian = (
             _zero_ball(b, n)
-            for b, n in ((self.gradient, len(felt)), (self.hessian, packed_size(len(felt))))
+            for b, n in ((self.gradient, len(support)), (self.hessian, packed_size(len(support))))
         )
         for part in ("mid", "rad"):
             getattr(gradient, part)[:, rows] = getattr(self.gradient, part)
             getattr(hessian, part)[places] = getattr(self.hessian, part)
-        return Jet(self.space, felt, self.value, gradient, hessian)
+        return Jet(self.space, support, self.value, gradient, hessian)
 
     def cut(self) -> Jet:
         """Return the jet with value and gradient anywhere intersected with its Taylor form."""
-        if not self.felt or not self.space.is_cutting:
+        if not self.support or not self.space.is_cutting:
             return self
         half, moved = (
-            self.space.half[list(self.felt)],
-            self.space.reach(self.felt, self.hessian.magnitude),
+            self.space.half[list(self.support)],
+            self.space.reach(self.support, self.hessian.magnitude),
         )
         slope = self.gradient[CENTRE]
         gradient = Ball(slope.mid, (slope.rad + moved) * GROWTH + TINY)
@@ -213,7 +215,7 @@ class Jet:
         value = Ball(centre.mid + 0 * change, (centre.rad + change) * GROWTH + TINY)
         return Jet(
             self.space,
-            self.felt,
+            self.support,
             join_parts(centre, intersect_balls(self.value[ANYWHERE], value)),
             join_parts(slope, intersect_balls(self.gradient[ANYWHERE], gradient)),
             self.hessian,
@@ -222,7 +224,10 @@ class Jet:
     @property
     def lower_bound(self) -> Array:
         """Lower bounds over the box, (lanes,)."""
-        half, (rows, columns) = self.space.half[list(self.felt)], packed_indices(len(self.felt))
+        half, (rows, columns) = (
+            self.space.half[list(self.support)],
+            packed_indices(len(self.support)),
+        )
         weights = np.where(rows == columns, 0.5, 1.0)[:, None] * half[rows] * half[columns]
         bent = np.where(
             (rows == columns)[:, None], np.maximum(-self.hessian.low, 0), self.hessian.magnitude
@@ -235,30 +240,32 @@ class Jet:
         return np.maximum(formed, self.value[ANYWHERE].low)
 
     def __neg__(self) -> Jet:
-        return Jet(self.space, self.felt, -self.value, -self.gradient, -self.hessian)
+        return Jet(self.space, self.support, -self.value, -self.gradient, -self.hessian)
 
     def __add__(self, other: Any) -> Jet:
         a, b = self._paired(other)
-        if not b.felt:
-            return Jet(self.space, a.felt, a.value + b.value, a.gradient, a.hessian)
-        if not a.felt:
-            return Jet(self.space, b.felt, a.value + b.value, b.gradient, b.hessian)
+        if not b.support:
+            return Jet(self.space, a.support, a.value + b.value, a.gradient, a.hessian)
+        if not a.support:
+            return Jet(self.space, b.support, a.value + b.value, b.gradient, b.hessian)
         a, b = _align_jets(a, b)
         return Jet(
-            self.space, a.felt, a.value + b.value, a.gradient + b.gradient, a.hessian + b.hessian
+            self.space, a.support, a.value + b.value, a.gradient + b.gradient, a.hessian + b.hessian
         ).cut()
 
     def __mul__(self, other: Any) -> Jet:
         a, b = self._paired(other)
         value = a.value * b.value
-        if not b.felt:
+        if not b.support:
             a, b = b, a
-        if not a.felt:
+        if not a.support:
             rate = a.value[:, None]
-            return Jet(self.space, b.felt, value, rate * b.gradient, a.value[ANYWHERE] * b.hessian)
+            return Jet(
+                self.space, b.support, value, rate * b.gradient, a.value[ANYWHERE] * b.hessian
+            )
         a, b = _align_jets(a, b)
         gradient = sum_products((a.value[:, None], b.gradient), (b.value[:, None], a.gradient))
-        rows, columns = packed_indices(len(a.felt))
+        rows, columns = packed_indices(len(a.support))
         a_slope, b_slope = a.gradient[ANYWHERE], b.gradient[ANYWHERE]
         hessian = sum_products(
             (a.value[ANYWHERE], b.hessian),
@@ -266,20 +273,20 @@ class Jet:
             (a_slope[rows], b_slope[columns]),
             (a_slope[columns], b_slope[rows]),
         )
-        return Jet(self.space, a.felt, value, gradient, hessian).cut()
+        return Jet(self.space, a.support, value, gradient, hessian).cut()
 
     def through(self, value: Ball, first: Ball, second: Ball) -> Jet:
         """Return a function of the jet from its value (2, lanes), first (2, lanes) and second
         derivative (lanes,).
         """
-        if not self.felt:
+        if not self.support:
             return Jet(self.space, (), value, self.gradient, self.hessian)
-        rows, columns = packed_indices(len(self.felt))
+        rows, columns = packed_indices(len(self.support))
         slope = self.gradient[ANYWHERE]
         hessian = sum_products(
             (first[ANYWHERE], self.hessian), (second * slope[rows], slope[columns])
         )
-        return Jet(self.space, self.felt, value, first[:, None] * self.gradient, hessian).cut()
+        return Jet(self.space, self.support, value, first[:, None] * self.gradient, hessian).cut()
 
     def __pow__(self, exponent: int) -> Jet:
         if exponent < 0:
@@ -399,17 +406,21 @@ class Jet:
         """Return the jet without a parameter k, by what its slope and bend change the value, and a
         slope the slopes.
         """
-        if k not in self.felt:
+        if k not in self.support:
             return self
-        place, (rows, columns) = self.felt.index(k), packed_indices(len(self.felt))
-        rest = [i for i in range(len(self.felt)) if i != place]
+        place, (rows, columns) = self.support.index(k), packed_indices(len(self.support))
+        rest = [i for i in range(len(self.support)) if i != place]
         of_k, is_square = (rows == place) | (columns == place), rows == columns
         slope, mixed = self.gradient[CENTRE], self.hessian[of_k & ~is_square]
         value = self.value[CENTRE] + change(slope[place], self.hessian[of_k & is_square][0])
         gradient = join_parts(slope[rest] + tilt(mixed), self.gradient[ANYWHERE][rest])
-        felt = tuple(self.felt[i] for i in rest)
+        support = tuple(self.support[i] for i in rest)
         return Jet(
-            self.space, felt, join_parts(value, self.value[ANYWHERE]), gradient, self.hessian[~of_k]
+            self.space,
+            support,
+            join_parts(value, self.value[ANYWHERE]),
+            gradient,
+            self.hessian[~of_k],
         ).cut()
 
     def sum(self) -> Jet:
@@ -418,7 +429,7 @@ class Jet:
             _broadcast_lanes(b, self.lanes).sum() for b in (self.value, self.gradient, self.hessian)
         )
         return Jet(
-            self.space, self.felt, *(Ball(b.mid[..., None], b.rad[..., None]) for b in sums)
+            self.space, self.support, *(Ball(b.mid[..., None], b.rad[..., None]) for b in sums)
         ).cut()
 
     def where(self, condition: Any, other: Any) -> Jet:
@@ -426,12 +437,14 @@ class Jet:
         a, b = _align_jets(*self._paired(other))
         parts = zip((a.value, a.gradient, a.hessian), (b.value, b.gradient, b.hessian), strict=True)
         return Jet(
-            self.space, a.felt, *(select_balls(condition, first, second) for first, second in parts)
+            self.space,
+            a.support,
+            *(select_balls(condition, first, second) for first, second in parts),
         )
 
     def holding(self, value: Ball) -> Jet:
         """Return the jet with another enclosure of its value (2, lanes)."""
-        return Jet(self.space, self.felt, value, self.gradient, self.hessian)
+        return Jet(self.space, self.support, value, self.gradient, self.hessian)
 
     def _paired(self, other: Any) -> tuple[Jet, Jet]:
         return self, self.space.lift(other)
@@ -474,14 +487,14 @@ def _bound_parabola(slope: Ball, bend: Ball) -> Ball:
 
 def join_lanes(jets: Sequence[Jet]) -> Jet:
     """Return the lanes of all jets, one after the other."""
-    felt = tuple(sorted({k for jet in jets for k in jet.felt}))
+    support = tuple(sorted({k for jet in jets for k in jet.support}))
     parts = [
-        [getattr(jet.repeated(jet.lanes).over(felt), part) for jet in jets]
+        [getattr(jet.repeated(jet.lanes).over(support), part) for jet in jets]
         for part in ("value", "gradient", "hessian")
     ]
     return Jet(
         jets[0].space,
-        felt,
+        support,
         *(
             Ball(
                 np.concatenate([b.mid for b in balls], axis=-1),
@@ -532,10 +545,10 @@ def _embedding_indices(few: tuple[int, ...], many: tuple[int, ...]) -> tuple[Int
 
 def _align_jets(a: Jet, b: Jet) -> tuple[Jet, Jet]:
     """Return both jets as functions of the union of their parameters."""
-    if a.felt == b.felt:
+    if a.support == b.support:
         return a, b
-    felt = tuple(sorted({*a.felt, *b.felt}))
-    return a.over(felt), b.over(felt)
+    support = tuple(sorted({*a.support, *b.support}))
+    return a.over(support), b.over(support)
 
 
 def _zero_ball(like: Ball, rows: int) -> Ball:

@@ -131,8 +131,8 @@ class AnglePanels:
         They are those of the greatest values of parabolas at the centre of the box, and move as
         panels do.
         """
-        full = jet.over(tuple(sorted({*jet.felt, k})))
-        at = full.felt.index(k)
+        full = jet.over(tuple(sorted({*jet.support, k})))
+        at = full.support.index(k)
         value, slope = full.value.mid[CENTRE], full.gradient.mid[CENTRE][at]
         bend = np.minimum(full.hessian.mid[at * (at + 3) // 2], 0.0)
         place = np.where(

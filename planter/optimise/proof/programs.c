@@ -17,7 +17,7 @@
 typedef double lane[BLOCK];
 typedef struct { double u, slack, growth, tiny, libm, pi; } rounding;
 typedef struct { double mid, rad; } ball;
-typedef struct { long k; lane *mid, *rad; const long *felt; } jet;   /* `felt` are its parameters among all */
+typedef struct { long k; lane *mid, *rad; const long *support; } jet;   /* `support` are its parameters among all */
 
 typedef struct {
     long operations, inputs, outputs, registers, conditions, rows, parameters;
@@ -110,11 +110,11 @@ static void cut(jet x, const lane *half) {
         lane moved = {0};
         for (long j = 0; j < k; j++) {
             long row = hessian(k, i, j);
-            const double *width = half[x.felt[j]];
+            const double *width = half[x.support[j]];
             LANES moved[l] += magnitude(x.mid[row][l], x.rad[row][l]) * width[l];
         }
         long c = gradient(k, 0, i), a = gradient(k, 1, i);
-        const double *width = half[x.felt[i]];
+        const double *width = half[x.support[i]];
         LANES {
             double rad = (x.rad[c][l] + moved[l]) * R.growth + R.tiny;
             change[l] += width[l] * (magnitude(x.mid[c][l], x.rad[c][l]) + moved[l] / 2);
@@ -315,8 +315,8 @@ static void choose(jet y, const double *condition, jet a, jet b, const long *ia,
 static void take_angle(jet y, jet ordinate, jet abscissa, jet *t, const long *io, const long *ia, const long *same,
                        const lane *half) {
     jet cosine_of = {0, t[0].mid, t[0].rad, 0}, sine_of = {0, t[1].mid, t[1].rad, 0}, fixed = {0, t[2].mid, t[2].rad, 0};
-    jet radial = {y.k, t[3].mid, t[3].rad, y.felt}, tangential = {y.k, t[4].mid, t[4].rad, y.felt};
-    jet part = {y.k, t[5].mid, t[5].rad, y.felt}, other = {abscissa.k, t[5].mid, t[5].rad, 0};
+    jet radial = {y.k, t[3].mid, t[3].rad, y.support}, tangential = {y.k, t[4].mid, t[4].rad, y.support};
+    jet part = {y.k, t[5].mid, t[5].rad, y.support}, other = {abscissa.k, t[5].mid, t[5].rad, 0};
     jet some = {ordinate.k, y.mid, y.rad, 0};
     LANES {
         double angle = atan2(ordinate.mid[0][l], abscissa.mid[0][l]), c = cos(angle), s = sin(angle);

@@ -538,11 +538,11 @@ def _load() -> Any:
 
 @dataclass(frozen=True)
 class _Plan:
-    """A program for inputs of known parameters: `felt` of the outputs, and the numbers that C
+    """A program for inputs of known parameters: `support` of the outputs, and the numbers that C
     reads.
     """
 
-    felt: tuple[tuple[int, ...], ...]
+    support: tuple[tuple[int, ...], ...]
     arrays: tuple[Any, ...]
     structure: _Program
 
@@ -568,14 +568,14 @@ class CompiledProgram:
     ) -> tuple[Branches, list[Jet]]:
         """Return the results on some lanes of inputs, and the conditions that were asked."""
         size, count = len(space.half), len(lanes)
-        key = (size, *(jet.felt for jet in inputs))
+        key = (size, *(jet.support for jet in inputs))
         if key not in self._plans:
-            self._plans[key] = _plan(self.program, [jet.felt for jet in inputs], size)
+            self._plans[key] = _plan(self.program, [jet.support for jet in inputs], size)
         plan = self._plans[key]
         half = space.half if space.half.shape[1] == 1 else space.half[:, lanes]
         mids, rads = zip(*(_pack(jet, lanes) for jet in inputs), strict=True)
         strides = np.array([mid.shape[1] > 1 for mid in (*mids, half)], dtype=ctypes.c_long)
-        rows = [2 + 2 * len(felt) + packed_size(len(felt)) for felt in plan.felt]
+        rows = [2 + 2 * len(support) + packed_size(len(support)) for support in plan.support]
         results = [(np.empty((row, count)), np.empty((row, count))) for row in rows]
         answers = np.zeros((3, len(self.program.jumps), count))
         arrays = [np.ascontiguousarray(half), np.ascontiguousarray(script), strides, *answers]
@@ -606,7 +606,8 @@ class CompiledProgram:
         branches = Branches(count, script)
         branches.replay(answers[0], answers[1], answers[2], self.program.jumps)
         return branches, [
-            _unpack(space, felt, *pair) for felt, pair in zip(plan.felt, results, strict=True)
+            _unpack(space, support, *pair)
+            for support, pair in zip(plan.support, results, strict=True)
         ]
 
 
@@ -619,7 +620,7 @@ def _point(arrays: Sequence[Array]) -> Any:
 
 def _pack(jet: Jet, lanes: Integers) -> tuple[Array, Array]:
     """Return midpoints and radii (rows, lanes), or (rows, 1) if all lanes are the same."""
-    count = len(jet.felt)
+    count = len(jet.support)
     width = 1 if jet.lanes == 1 else len(lanes)
     packed = np.empty((2, 2 + 2 * count + packed_size(count), width))
     for to, part in zip(packed, ("mid", "rad"), strict=True):
@@ -630,23 +631,23 @@ def _pack(jet: Jet, lanes: Integers) -> tuple[Array, Array]:
     return packed[0], packed[1]
 
 
-def _unpack(space: Space, felt: tuple[int, ...], mid: Array, rad: Array) -> Jet:
-    count, lanes = len(felt), mid.shape[1]
+def _unpack(space: Space, support: tuple[int, ...], mid: Array, rad: Array) -> Jet:
+    count, lanes = len(support), mid.shape[1]
     ends = 2, 2 + 2 * count
     sides = [np.split(side, ends) for side in (mid, rad)]
     value, gradient, hessian = (Ball(a, b) for a, b in zip(*sides, strict=True))
     slopes = Ball(gradient.mid.reshape(2, count, lanes), gradient.rad.reshape(2, count, lanes))
-    return Jet(space, felt, value, slopes, hessian)
+    return Jet(space, support, value, slopes, hessian)
 
 
-def _plan(program: RecordedProgram, felts: Sequence[tuple[int, ...]], parameters: int) -> _Plan:
+def _plan(program: RecordedProgram, supports: Sequence[tuple[int, ...]], parameters: int) -> _Plan:
     """Return a program as numbers for C, for inputs of known parameters, with as few registers as
     can be.
     """
     steps, order = program.operations, program.order
-    felt: dict[int, tuple[int, ...]] = {}
+    support: dict[int, tuple[int, ...]] = {}
     for n in order:
-        felt[n] = _find_felt(steps[n], [felt[a] for a in steps[n].arguments], felts)
+        support[n] = _find_support(steps[n], [support[a] for a in steps[n].arguments], supports)
     last = {a: place for place, n in enumerate(order) for a in steps[n].arguments}
     last.update(dict.fromkeys(program.outputs, len(order)))
     registers: dict[int, int] = {}
@@ -663,25 +664,27 @@ def _plan(program: RecordedProgram, felts: Sequence[tuple[int, ...]], parameters
         for a in {a for a in step.arguments if last[a] == place}:
             free[steps[a].name in CONDITIONS].append(registers[a])
         arguments = [registers[a] for a in step.arguments]
-        argument_felts = [felt[a] for a in step.arguments if steps[a].name not in CONDITIONS]
+        argument_supports = [support[a] for a in step.arguments if steps[a].name not in CONDITIONS]
         more = arguments[2] if step.name == "select" else _find_more(step)
         pair = [*arguments, 0, 0][:2]
         code.append([CODES.index(step.name), registers[n], *pair, more, len(tables), len(numbers)])
-        tables += _tabulate(felt[n], argument_felts)
+        tables += _tabulate(support[n], argument_supports)
         numbers += step.numbers
-    results = np.array([[registers[n], len(felt[n])] for n in program.outputs], dtype=ctypes.c_long)
+    results = np.array(
+        [[registers[n], len(support[n])] for n in program.outputs], dtype=ctypes.c_long
+    )
     arrays = (
         np.array(code, dtype=ctypes.c_long),
         np.array(tables, dtype=ctypes.c_long),
         results,
         np.array(numbers),
     )
-    size = max(len(part) for part in felt.values())
+    size = max(len(part) for part in support.values())
     if max(size, parameters) > MOST_PARAMETERS:
         raise Unbounded("a mechanism has many parameters")
     structure = _Program(
         len(order),
-        len(felts),
+        len(supports),
         len(results),
         used[0],
         used[1],
@@ -689,18 +692,20 @@ def _plan(program: RecordedProgram, felts: Sequence[tuple[int, ...]], parameters
         parameters,
         *(array.ctypes.data for array in arrays),
     )
-    return _Plan(tuple(felt[n] for n in program.outputs), arrays, structure)
+    return _Plan(tuple(support[n] for n in program.outputs), arrays, structure)
 
 
-def _find_felt(
-    step: RecordedStep, argument_felts: Sequence[tuple[int, ...]], felts: Sequence[tuple[int, ...]]
+def _find_support(
+    step: RecordedStep,
+    argument_supports: Sequence[tuple[int, ...]],
+    supports: Sequence[tuple[int, ...]],
 ) -> tuple[int, ...]:
     """Return the parameters on which the result of an operation depends."""
     if step.name == "input":
-        return felts[int(step.numbers[0])]
+        return supports[int(step.numbers[0])]
     if step.name in ("floor", *CONDITIONS):
         return ()
-    return tuple(sorted({k for part in argument_felts for k in part}))
+    return tuple(sorted({k for part in argument_supports for k in part}))
 
 
 def _find_more(step: RecordedStep) -> int:
@@ -709,10 +714,18 @@ def _find_more(step: RecordedStep) -> int:
     return int(step.numbers[0]) if step.name in ("power", "below", "input") else 0
 
 
-def _tabulate(felt: tuple[int, ...], argument_felts: Sequence[tuple[int, ...]]) -> list[int]:
+def _tabulate(support: tuple[int, ...], argument_supports: Sequence[tuple[int, ...]]) -> list[int]:
     """Return the parameters of a result and of two arguments, and where those of the result are in
     the arguments.
     """
-    first, second = (*argument_felts, (), ())[:2]
-    places = [[part.index(k) if k in part else -1 for k in felt] for part in (first, second)]
-    return [len(felt), len(first), len(second), *felt, *places[0], *places[1], *range(len(felt))]
+    first, second = (*argument_supports, (), ())[:2]
+    places = [[part.index(k) if k in part else -1 for k in support] for part in (first, second)]
+    return [
+        len(support),
+        len(first),
+        len(second),
+        *support,
+        *places[0],
+        *places[1],
+        *range(len(support)),
+    ]

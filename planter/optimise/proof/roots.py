@@ -97,14 +97,14 @@ def solve_linear_jets(
         [space.lift(entry) for entry in (*row, value)]
         for row, value in zip(matrix, right, strict=True)
     ]
-    felt = tuple(sorted({k for row in jets for jet in row for k in jet.felt}))
-    jets = [[jet.over(felt) for jet in row] for row in jets]
+    support = tuple(sorted({k for row in jets for jet in row for k in jet.support}))
+    jets = [[jet.over(support) for jet in row] for row in jets]
     jets = multiply_matrices(invert_centre([row[:-1] for row in jets]), jets)
     rows, sides = [row[:-1] for row in jets], [row[-1] for row in jets]
     parts = (CENTRE, ANYWHERE)
     solvers = [BallSolver([[jet.value[part] for jet in row] for row in rows]) for part in parts]
     values = [solvers[part].solve([jet.value[part] for jet in sides]) for part in parts]
-    low, high = packed_indices(len(felt))
+    low, high = packed_indices(len(support))
     solution: list[Jet] = []
     for _ in range(LINEAR_ROUNDS):
         slopes = [
@@ -135,12 +135,12 @@ def solve_linear_jets(
             ]
         )
         solution = [
-            Jet(space, felt, join_parts(*value), join_parts(*slope), bend).cut()
+            Jet(space, support, join_parts(*value), join_parts(*slope), bend).cut()
             for value, slope, bend in zip(
                 zip(*values, strict=True), zip(*slopes, strict=True), bends, strict=True
             )
         ]
-        if not felt:
+        if not support:
             break
         values = [[jet.value[part] for jet in solution] for part in parts]
     return solution
@@ -270,19 +270,22 @@ def enclose_roots(space: Space, start: Array, residual: Residual) -> list[Jet]:
     """
     at = _refine(space, start, residual)
     excess, slopes = residual([space.constant(Ball.exact(row)) for row in at])
-    scale, felt = invert_centre(slopes), tuple(sorted({k for jet in excess for k in jet.felt}))
+    scale, support = (
+        invert_centre(slopes),
+        tuple(sorted({k for jet in excess for k in jet.support})),
+    )
 
     def scaled(a: Sequence[Jet]) -> tuple[list[Jet], list[list[Jet]]]:
         """Return f(a) and its Jacobian, multiplied by the inverse of the Jacobian at the centre."""
         excess, slopes = residual(a)
         return [
-            row[0].over(felt) for row in multiply_matrices(scale, [[jet] for jet in excess])
+            row[0].over(support) for row in multiply_matrices(scale, [[jet] for jet in excess])
         ], multiply_matrices(scale, slopes)
 
     middle, values = (_enclose(space, at, scaled, part) for part in (CENTRE, ANYWHERE))
     excess, jacobian = scaled([space.constant(value) for value in middle])
     centre = _divide([jet.gradient[CENTRE] for jet in excess], jacobian, CENTRE)
-    flat, jets = Ball.exact(np.zeros((packed_size(len(felt)), 1))), list[Jet]()
+    flat, jets = Ball.exact(np.zeros((packed_size(len(support)), 1))), list[Jet]()
     for _ in range(LINEAR_ROUNDS):
         excess, jacobian = scaled([space.constant(value) for value in values])
         rates = _divide(
@@ -291,13 +294,13 @@ def enclose_roots(space: Space, start: Array, residual: Residual) -> list[Jet]:
             ANYWHERE,
         )
         lines = [
-            Jet(space, felt, join_parts(value, value), join_parts(rate, rate), flat)
+            Jet(space, support, join_parts(value, value), join_parts(rate, rate), flat)
             for value, rate in zip(values, rates, strict=True)
         ]
         with space.at_points():
             bends = _divide([jet.hessian for jet in scaled(lines)[0]], jacobian, ANYWHERE)
         jets = [
-            Jet(space, felt, join_parts(*value), join_parts(*rate), bend).cut()
+            Jet(space, support, join_parts(*value), join_parts(*rate), bend).cut()
             for *value, rate, bend in zip(
                 middle, values, zip(centre, rates, strict=True), bends, strict=True
             )

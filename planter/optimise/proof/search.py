@@ -55,12 +55,6 @@ class GlobalBound(Record):
 
 Box = tuple[Array, Array]
 """Designs between two others (p,)."""
-Bounding = Callable[[Array, Array], ObjectiveBounds]
-"""(lower, upper) -> bounds of an objective over that box; raises Unbounded if it has no bounds
-there.
-"""
-BoundBoxes = Callable[[Sequence[Box]], Sequence[ObjectiveBounds | Unbounded]]
-"""Boxes -> for each, the bounds of an objective over it, or the reason for their absence."""
 BoundListener = Callable[[float, int, float], None]
 """(bound so far, number of boxes, elapsed time [s]) -> None."""
 
@@ -155,27 +149,36 @@ bounded.
 """
 
 
-class BranchAndBound:
-    """Branch and bound of an objective over a box [lower, upper] (p,), from an a priori bound
-    `floor`.
+class BoxObjective(Protocol):
+    """An objective with its a priori lower bound `floor`, bounded over up to `batch` boxes in a
+    single call.
+    """
 
-    `bound_boxes` bounds the objective over up to `batch` boxes in a single call, if that is faster.
+    batch: int
+
+    @property
+    def floor(self) -> float: ...
+
+    def bound_boxes(self, boxes: Sequence[Box]) -> Sequence[ObjectiveBounds | Unbounded]:
+        """Return the bounds over each box, or the error that explains their absence."""
+
+
+class BranchAndBound:
+    """Branch and bound of an objective over a box [lower, upper] (p,).
+
     `root` continues an earlier search. `clock` gives the CPU time that was spent [s].
     """
 
     def __init__(
         self,
-        bounding: Bounding,
+        objective: BoxObjective,
         lower: Array,
         upper: Array,
-        floor: float = -np.inf,
-        batch: int = 1,
-        bound_boxes: BoundBoxes | None = None,
         root: BoxNode | None = None,
         clock: Callable[[], float] = time.process_time,
     ) -> None:
-        self.bounding, self.root, self.clock = bounding, root or BoxNode(lower, upper, floor), clock
-        self.batch, self.bound_boxes = batch, bound_boxes or self._bound_each
+        self.objective, self.clock = objective, clock
+        self.root = root or BoxNode(lower, upper, objective.floor)
         self.boxes, self.met = 0, np.inf
 
     def run(
@@ -203,7 +206,7 @@ class BranchAndBound:
                 open_
                 and open_[0][0] < goal
                 and open_[0][2].widest is not None
-                and len(halves) < max(2, self.batch)
+                and len(halves) < max(2, self.objective.batch)
             ):
                 halves += heapq.heappop(open_)[2].halve()
             for half in self._bound(halves):
@@ -220,7 +223,7 @@ class BranchAndBound:
             self.boxes += len(waiting)
             pairs = zip(
                 waiting,
-                self.bound_boxes([(node.lower, node.upper) for node in waiting]),
+                self.objective.bound_boxes([(node.lower, node.upper) for node in waiting]),
                 strict=True,
             )
             waiting = []
@@ -257,15 +260,6 @@ class BranchAndBound:
                     )
         return bounded + self._find_sides(unbounded)
 
-    def _bound_each(self, boxes: Sequence[Box]) -> list[ObjectiveBounds | Unbounded]:
-        results: list[ObjectiveBounds | Unbounded] = []
-        for lower, upper in boxes:
-            try:
-                results.append(self.bounding(lower, upper))
-            except Unbounded as error:
-                results.append(error)
-        return results
-
     def _find_sides(self, nodes: Sequence[BoxNode]) -> list[BoxNode]:
         """Return boxes without looseness by parameter, with the parameter along which to bisect
         each.
@@ -276,7 +270,9 @@ class BranchAndBound:
         for share in SHRINK_SHARES:
             unsettled = [k for k in range(len(nodes)) if k not in sides]
             parts = [nodes[k].shrink(share) for k in unsettled]
-            for k, result in zip(unsettled, self.bound_boxes(parts) if parts else [], strict=True):
+            for k, result in zip(
+                unsettled, self.objective.bound_boxes(parts) if parts else [], strict=True
+            ):
                 if not isinstance(result, Unbounded) and result.looseness.any():
                     sides[k] = int(result.looseness.argmax())
         for k, node in enumerate(nodes):
@@ -316,27 +312,6 @@ SECONDS = 480.0
 """Default limit of the CPU time of a proof [s]."""
 GOAL = 1e-6
 """Largest gap of a proved optimum, as a share of the objective."""
-
-
-class BoxObjective(Protocol):
-    """An objective that is bounded over a box of designs, or over up to `batch` boxes in a single
-    call.
-    """
-
-    batch: int
-
-    @property
-    def floor(self) -> float:
-        """A priori lower bound of the objective."""
-
-    def __call__(self, lower: Array, upper: Array) -> ObjectiveBounds:
-        """Return the bounds over a box [lower, upper] (p,).
-
-        Raises Unbounded if it has no bounds there.
-        """
-
-    def bound_boxes(self, boxes: Sequence[Box]) -> Sequence[ObjectiveBounds | Unbounded]:
-        """Return the bounds over each box, or the error that explains their absence."""
 
 
 @dataclass(frozen=True)
@@ -402,7 +377,7 @@ class Proof:
 
 
 def prove_bound(
-    bounding: BoxObjective,
+    objective: BoxObjective,
     box: Box,
     incumbent: Incumbent,
     seconds: float = SECONDS,
@@ -417,9 +392,7 @@ def prove_bound(
     It is the floor of the objective if the incumbent cannot be enclosed. An interrupted proof is
     handed to `keep`.
     """
-    search = BranchAndBound(
-        bounding, *box, bounding.floor, bounding.batch, bounding.bound_boxes, root, clock
-    )
+    search = BranchAndBound(objective, *box, root, clock)
     evidence, reached, tick = (
         None,
         incumbent.objective,
@@ -447,10 +420,11 @@ def prove_bound(
         tree = result.root.prune(lower_bound) if is_proved else result.root
         return Proof(bound, incumbent, tree, None if evidence is None else reached, evidence)
 
-    try:
-        bounds = bounding(incumbent.x, incumbent.x)
-    except Unbounded as error:
-        return conclude(BoundingResult(bounding.floor, np.inf, 1, 0.0, search.root, error.message))
+    (bounds,) = objective.bound_boxes([(incumbent.x, incumbent.x)])
+    if isinstance(bounds, Unbounded):
+        return conclude(
+            BoundingResult(objective.floor, np.inf, 1, 0.0, search.root, bounds.message)
+        )
     if np.isfinite(bounds.reached):
         spare = MARGIN * abs(bounds.reached) + SPARE * (bounds.reached - bounds.lower_bound)
         reached, evidence = bounds.reached + spare, bounds.evidence
@@ -520,13 +494,6 @@ class SharedObjective:
         self.batch, self.floor = JOBS_PER_ROUND * objective.batch, objective.floor
         self._begun, self._seconds = time.perf_counter(), 0.0
         self._jobs: Jobs | None = None
-
-    def __call__(self, lower: Array, upper: Array) -> ObjectiveBounds:
-        """Return the bounds over a box [lower, upper] (p,).
-
-        Raises Unbounded if it has no bounds there.
-        """
-        return self._objective(lower, upper)
 
     def clock(self) -> float:
         """Return the CPU time of this process, and of the workers for their boxes [s]."""

@@ -55,6 +55,7 @@ app = typer.Typer()
 class Method(enum.StrEnum):
     """Methods of the search for the optimum."""
 
+    auto = "auto"
     hybrid = "hybrid"
     ipopt = "ipopt"
     ga = "ga"
@@ -81,8 +82,8 @@ def optimise(
     method: Annotated[
         Method | None,
         typer.Option(
-            help="genetic algorithm (ga), local searches (ipopt), or both [default: hybrid; ipopt "
-            "for your mechanism]",
+            help="genetic algorithm (ga), local searches (ipopt), or both (hybrid) [default: auto, "
+            "local searches, and the genetic algorithm where these disagree]",
             show_default=False,
         ),
     ] = None,
@@ -169,7 +170,7 @@ def optimise(
             refuse_options(other, {"--model": model is not ModelName.exact, **present})
             run_optimise(console, other, least, hold or (), options, out)
             return
-        method = method or Method.hybrid
+        method = method or Method.auto
         if out is not None:
             check_files(
                 out,

@@ -23,7 +23,7 @@ from planter.planting import optimisation
 from planter.planting.file import PlantingMachine, load
 from planter.planting.functions import MODELS, Model
 from planter.planting.model import Device
-from planter.planting.objective import build_problem, read_weights
+from planter.planting.objective import evaluate_true_extremes, read_weights
 from planter.planting.optimisation import DeviceOptimum
 from planter.planting.unpublished_inputs import load_calibration_data
 
@@ -68,20 +68,11 @@ class BothModels:
     def headlines(self, model: Model) -> dict[str, float]:
         """True extremes, range, mean, variance and objective of the machine's own design."""
         device = self.devices[model]
-        evaluation = build_problem(device).score(device.design)
-        look = evaluation.look
-        return {
-            "max_N": look.high,
-            "min_N": look.low,
-            "range_N": look.range,
-            "mean_N": look.mean,
-            "variance_N2": look.variance,
-            "objective": evaluation.objective,
-        }
+        return vars(evaluate_true_extremes(device, device.design))
 
     def score(self, model: Model, x: Array) -> float:
         """Objective of a design x (p,) in a model."""
-        return build_problem(self.devices[model]).score(x).objective
+        return evaluate_true_extremes(self.devices[model], x).objective
 
     def support_with(self, model: Model, values: Mapping[str, float]) -> Array:
         """Support force [N] of the machine's own design with other values of some of its inputs, in
@@ -328,7 +319,7 @@ def _objective(machine: BothModels, figures: Mapping[str, float]) -> Entry:
     numbers.
     """
     objective = read_weights(machine.machine)
-    spread = objective.spread(figures["variance_N2"])[0]
+    spread = objective.weighted(figures["variance_N2"])
     share, in_kilonewton = (
         100 * spread / (spread + objective.weight_range * figures["range_N"] * scale)
         for scale in (1.0, 1e3)

@@ -257,6 +257,7 @@ def test_optimise_has_the_keys_of_the_contract_and_improves() -> None:
     assert result["certificate"].keys() == {
         "kkt_residual",
         "active_bounds",
+        "active_constraints",
         "starts",
         "agreeing_starts",
         "spread",

@@ -28,10 +28,11 @@ from planter.mechanism.file import load
 from planter.mechanism.machines import build_machine
 from planter.mechanism.optimisation import evaluate_limits, optimise_machine
 from planter.mechanism.presentation import format_optimum_file
-from planter.optimise.objective import ModelValues
+from planter.optimise.constraints import ConstrainedModel
 from planter.planting.swept import ADAPTER
 from planter.sweeps.plan import Plan
 from planter.sweeps.sweep import Sweep
+from tests.planter.optimise.toys import check_derivatives
 from tests.support import own
 from tests.support.reference import evaluate
 
@@ -145,28 +146,12 @@ def test_derivatives_in_goals_are_those_of_differences(curve: str) -> None:
     assert goal.limits[0].number == pytest.approx(20)
     x = machine.design
     local, rows = goal.objective.local(x), MeasureLimits(goal).at(x)
-    rng = np.random.default_rng(3)
-    weights, of_limits = (
-        ModelValues(1.0, rng.random(len(local.groups)), np.empty(0)),
-        rng.random(rows.count),
-    )
-
-    def gradient(point: Array) -> Array:
-        slopes = local.slopes(point)
-        return slopes.smooth + weights.rows @ slopes.rows + rows.slopes(point).T @ of_limits
-
-    def value(point: Array) -> float:
-        values = local.values(point)
-        return float(values.smooth + weights.rows @ values.rows + rows.values(point) @ of_limits)
-
-    steps = np.diag(1e-6 * np.maximum(np.abs(x), 1e-2))
-    first = [(value(x + h) - value(x - h)) / (2 * h.sum()) for h in steps]
-    np.testing.assert_allclose(gradient(x), first, rtol=1e-6, atol=1e-6 * np.abs(first).max())
-    second = np.array([(gradient(x + h) - gradient(x - h)) / (2 * h.sum()) for h in steps])
-    hessian = local.curvature(x, weights) + rows.curvature(x, of_limits)
+    rng, width = np.random.default_rng(3), np.maximum(np.abs(x), 1e-2)
+    weights = np.concatenate([[1.0], rng.random(len(local.groups)), rng.random(rows.count)])
+    both = ConstrainedModel(local, rows)
     # corners of the polyline are no events: integrals over them lack their curvature, which only
     # steers the steps
-    np.testing.assert_allclose(hessian, second, atol=0.05 * np.abs(second).max())
+    check_derivatives(both, x, weights, width, 1e-6, (1e-6, 0.05))
 
 
 def test_angle_of_a_corner_has_no_gradient_and_is_refused(curve: str) -> None:

@@ -14,7 +14,7 @@ from planter.errors import InputError
 from planter.kernels import Array
 from planter.mechanism.machines import build_machine
 from planter.numerics.arrays import TURN
-from planter.optimise.objective import ModelValues
+from tests.planter.optimise.toys import check_derivatives
 from tests.support import own
 from tests.support.reference import evaluate
 
@@ -58,26 +58,10 @@ def test_derivatives_are_those_of_differences(machine: Machine, count: int | Non
     """Of the sum's rows and smooth terms, and of the rows of all limits, with random weights."""
     goal, x = build(machine, LEAST, *LIMITS, count=count), machine.design
     local, limits = goal.objective.local(x), MeasureLimits(goal).at(x)
-    rng = np.random.default_rng(3)
-    weights = ModelValues(0.7, rng.random(len(local.groups)), np.empty(0))
-    of_limits = rng.random(limits.count)
-
-    def gradient(point: np.ndarray) -> np.ndarray:
-        slopes = local.slopes(point)
-        return 0.7 * slopes.smooth + weights.rows @ slopes.rows + limits.slopes(point).T @ of_limits
-
-    def value(point: np.ndarray) -> float:
-        values = local.values(point)
-        return float(
-            0.7 * values.smooth + weights.rows @ values.rows + limits.values(point) @ of_limits
-        )
-
-    steps = 1e-6 * np.maximum(np.abs(x), 1e-2)
-    first = [(value(x + h) - value(x - h)) / (2 * h.sum()) for h in np.diag(steps)]
-    np.testing.assert_allclose(gradient(x), first, rtol=1e-6, atol=1e-7 * np.abs(first).max())
-    second = np.array([(gradient(x + h) - gradient(x - h)) / (2 * h.sum()) for h in np.diag(steps)])
-    hessian = local.curvature(x, weights) + limits.curvature(x, of_limits)
-    np.testing.assert_allclose(hessian, second, rtol=1e-5, atol=1e-6 * np.abs(second).max())
+    rng, width = np.random.default_rng(3), np.maximum(np.abs(x), 1e-2)
+    weights = np.append(0.7, rng.random(len(local.groups)))
+    check_derivatives(local, x, weights, width, 1e-6)
+    check_derivatives(limits, x, rng.random(limits.count), width, 1e-6)
 
 
 def test_limits_have_one_value_each_and_rows_near_a_design(machine: Machine) -> None:

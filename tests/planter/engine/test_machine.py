@@ -5,6 +5,7 @@ differences confirm.
 from __future__ import annotations
 
 from functools import cache
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from planter.engine.nodes import FixedNodes
 from planter.engine.response import MachineResponse
 from planter.errors import ComputationError, InputError
 from planter.mechanism.machines import build_machine
+from tests.planter.optimise.toys import check_derivatives
 from tests.support import own
 
 NAMES = ("slider_crank", "cam_follower")
@@ -42,24 +44,21 @@ def test_derivatives_are_those_of_differences(name: str) -> None:
     built = machine(name)
     response = MachineResponse(built, [quantity.name for quantity in built.results][:3])
     x = built.design
-    weights = np.random.default_rng(2).normal(size=(3, len(ANGLES)))
-
-    def slopes(y: np.ndarray) -> np.ndarray:
-        jacobian = response.slopes(response.at(y[1:]), ANGLES + y[0])[1]
-        return np.asarray(np.einsum("mn,mnp->p", weights, jacobian))
-
-    def value(y: np.ndarray) -> float:
-        return float((weights * response.values(response.at(y[1:]), ANGLES + y[0])).sum())
-
-    y = np.concatenate([[0.0], x])
-    steps = np.diag(1e-5 * np.maximum(np.abs(y), 1e-2))
-    first = [(value(y + step) - value(y - step)) / (2 * step.sum()) for step in steps]
-    np.testing.assert_allclose(slopes(y), first, rtol=1e-6, atol=1e-6 * np.abs(slopes(y)).max())
-    second = np.array([(slopes(y + step) - slopes(y - step)) / (2 * step.sum()) for step in steps])
-    bent = response.curvature(response.at(x), ANGLES, weights)
-    np.testing.assert_allclose(bent, second, rtol=1e-6, atol=1e-6 * np.abs(bent).max())
+    y, shape = np.append(0.0, x), (3, len(ANGLES))
+    rows = SimpleNamespace(
+        values=lambda y: response.values(response.at(y[1:]), ANGLES + y[0]).ravel(),
+        slopes=lambda y: response.slopes(response.at(y[1:]), ANGLES + y[0])[1].reshape(-1, len(y)),
+        curvature=lambda y, weights: response.curvature(
+            response.at(y[1:]), ANGLES + y[0], weights.reshape(shape)
+        ),
+    )
+    weights = np.random.default_rng(2).normal(size=shape)
+    width = np.maximum(np.abs(y), 1e-2)
+    check_derivatives(rows, y, weights.ravel(), width, 1e-5, (1e-6, 1e-6))
+    slopes = weights.ravel() @ rows.slopes(y)
+    bent = rows.curvature(y, weights)
     rates = response.rates(response.at(x), ANGLES)
-    np.testing.assert_allclose((weights * rates[0]).sum(), slopes(y)[0], rtol=1e-12)
+    np.testing.assert_allclose((weights * rates[0]).sum(), slopes[0], rtol=1e-12)
     np.testing.assert_allclose((weights * rates[1]).sum(), bent[0, 0], rtol=1e-11)
 
 

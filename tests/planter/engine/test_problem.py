@@ -4,13 +4,13 @@ hold.
 
 import pytest
 
+from planter.engine.front import require_front
 from planter.engine.goal import Goal, evaluate_measure, resolve_limit, resolve_measure
 from planter.engine.machine import Machine, load_machine
 from planter.engine.measures import Measure, parse_limit, parse_sum
 from planter.engine.problem import DesignProblem, build_problem
 from planter.engine.search import InterruptedSearch, SearchSpec, minimise
 from planter.errors import InputError
-from planter.mechanism import optimisation
 from planter.mechanism.optimisation import optimise_machine
 from planter.optimise.local_search import sample_starts, search_locally
 from planter.optimise.optimiser import Method
@@ -82,7 +82,7 @@ def test_optimum_under_a_limit_has_its_price(limit: str) -> None:
         )
         for value in (number, number + 1e-3)
     )
-    (price,) = first.result.certificate.active_limits
+    (price,) = first.result.certificate.active_constraints
     assert first.result.holds[0].value == pytest.approx(number, rel=1e-9)
     change = (first.result.objective - moved.result.objective) / 1e-3
     assert change == pytest.approx(price.multiplier, rel=1e-2)
@@ -97,7 +97,7 @@ def test_limits_are_satisfied_between_nodes(arm: Machine) -> None:
     peaks = [evaluate_measure(f.machine, Measure("min", "F_Oy")) for f in (free, bound)]
     assert peaks[0] < -4.5
     assert peaks[1] == pytest.approx(-4.2, abs=1e-6)
-    (price,) = bound.result.certificate.active_limits
+    (price,) = bound.result.certificate.active_constraints
     moved = optimise_machine(arm, "range F_Ox", ["min F_Oy >= -4.201"], SearchSpec(starts=1))
     change = (bound.result.objective - moved.result.objective) / 1e-3
     assert change == pytest.approx(price.multiplier, rel=1e-2)
@@ -181,5 +181,5 @@ def test_fronts_of_other_goals_are_refused(options: list[str], reason: str) -> N
 
 def test_fronts_need_a_problem_without_limits(arm: Machine) -> None:
     with pytest.raises(InputError, match="under limits"):
-        optimisation.require_front(build(arm, "range F_Ox", "max F_Oy <= 12"))
-    assert optimisation.require_front(build(arm, "range F_Ox")).is_closed
+        require_front(build(arm, "range F_Ox", "max F_Oy <= 12"))
+    assert require_front(build(arm, "range F_Ox")) == "F_Ox"

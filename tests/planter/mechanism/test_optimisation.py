@@ -177,7 +177,7 @@ def test_lower_limit_is_active_with_correct_price(file: Path, limit: str) -> Non
     assert first.holds[0].value == pytest.approx(number, abs=1e-3)
     if limit.startswith("range"):
         assert compute_stroke(first.design) == pytest.approx(number, abs=1e-3)
-    (price,) = first.certificate.active_limits
+    (price,) = first.certificate.active_constraints
     rise = (second.objective - first.objective) / abs(step)
     assert price.multiplier == pytest.approx(rise, rel=5e-2)
     assert first.holds[0].price == price.multiplier
@@ -286,8 +286,8 @@ def test_file_objective_is_used(file: Path, tmp_path: Path) -> None:
     result = answer("optimise", str(source), "--starts", "2")
     assert result["met"] is True
     assert result["certificate"]["kkt_residual"] < 1e-6
-    (price,) = result["certificate"]["active_limits"]
-    assert (price["limit_on"], price["unit"]) == ("s at 0 >= 233 mm", "mm")
+    (price,) = result["certificate"]["active_constraints"]
+    assert (price["name"], price["unit"]) == ("s at 0 >= 233 mm", "mm")
     moved = with_goal(file, tmp_path, goal.replace("0.233 m", "0.23301 m"), "moved.toml")
     dearer = answer("optimise", str(moved), "--starts", "1")
     assert (dearer["objective"] - result["objective"]) / 0.01 == pytest.approx(

@@ -90,7 +90,7 @@ def count_misses(
             ).factor
             misses += count_outside(jet.value[ANYWHERE], row * scale)
             misses += count_outside(
-                jet.gradient[ANYWHERE], (slope[:, 1:].T * scale)[list(jet.felt)]
+                jet.gradient[ANYWHERE], (slope[:, 1:].T * scale)[list(jet.support)]
             )
     return misses
 

@@ -9,8 +9,6 @@ from planter.optimise import certificate, ipopt
 from planter.optimise.certificate import check_conditions, estimate_multipliers, kkt_residual
 from planter.optimise.epigraph import Epigraph
 from planter.optimise.local_search import STATIONARITY_TOLERANCE, search_locally
-from planter.optimise.range_variance import build_range_problem as over_turn
-from planter.optimise.variance import Weights
 from tests.planter.optimise import toys
 
 SAMPLINGS = [360, 91, "refined"]
@@ -91,7 +89,7 @@ def test_third_harmonic_shares_of_tied_peaks():
     """By symmetry the four tied peaks, two of each sign, need shares that add up to the weight of
     the range.
     """
-    problem = over_turn(toys.third_harmonic(), toys.RANGE, "refined")
+    problem = toys.over_turn(toys.third_harmonic(), toys.RANGE, "refined")
     u = np.array([(0.5 - 1 / 6) / 0.9])
     m = estimate_multipliers(problem, u)
     assert check_conditions(problem, u, m).worst < 1e-12
@@ -104,7 +102,7 @@ def test_clarke_conditions_at_an_optimal_kink():
     """Variance over 12 samples; the corner on a sample: neither one-sided gradient is zero, their
     mixture is.
     """
-    problem = over_turn(toys.corner(), toys.VARIANCE, 12)
+    problem = toys.over_turn(toys.corner(), toys.VARIANCE, 12)
     u = search_locally(problem, problem.start).u
     conditions = problem.conditions(u)
     assert len(conditions.kinks) == 1
@@ -124,6 +122,6 @@ def test_clarke_conditions_at_an_optimal_kink():
 @pytest.mark.parametrize("unit", [1e-6, 1e6])
 def test_the_residual_does_not_depend_on_units(unit):
     plain = toys.problem(90)
-    scaled = toys.problem(90, Weights(0.6 * unit, 0.4 * unit, "paper"))
+    scaled = toys.problem(90, toys.Weights(0.6 * unit, 0.4 * unit, "paper"))
     u = np.full(10, 0.4)
     assert kkt_residual(scaled, u) == pytest.approx(kkt_residual(plain, u), rel=1e-6)

@@ -8,9 +8,7 @@ from scipy.optimize import linprog, minimize_scalar
 
 from planter.optimise.local_search import search_locally
 from planter.optimise.objective import find_tops
-from planter.optimise.range_variance import build_range_problem as over_turn
 from planter.optimise.sampled_cycle import sample_angles
-from planter.optimise.variance import Weights
 from tests.planter.optimise import toys
 from tests.support.sampled import sampled
 
@@ -19,9 +17,9 @@ from tests.support.sampled import sampled
 @pytest.mark.parametrize("start", [0.0, 0.3, 1.0])
 def test_third_harmonic_injection(sampling, start):
     """Least range of cos phi + x cos 3 phi: sqrt 3 at x = -1/6, several peaks tied."""
-    problem = over_turn(toys.third_harmonic(), toys.RANGE, sampling)
+    problem = toys.over_turn(toys.third_harmonic(), toys.RANGE, sampling)
     optimum = search_locally(problem, np.array([start]))
-    assert optimum.evaluation.look.range == pytest.approx(np.sqrt(3), abs=1e-8)
+    assert toys.find_range(optimum.evaluation.summary) == pytest.approx(np.sqrt(3), abs=1e-8)
     if sampling == "refined":
         assert problem.design(optimum.u) == pytest.approx([-1 / 6], abs=1e-5)
     assert optimum.stationary
@@ -31,7 +29,7 @@ def test_third_harmonic_injection(sampling, start):
 @pytest.mark.parametrize("samples", [40, 41])
 def test_a_linear_force_agrees_with_linear_programming(seed, samples):
     toy, constant, slopes = toys.linear(seed)
-    problem = over_turn(toy, toys.RANGE, samples)
+    problem = toys.over_turn(toy, toys.RANGE, samples)
     optimum = search_locally(problem, problem.start)
     basis = toys.waves(sample_angles(samples, toy.period))
     rows, level = basis @ slopes, basis @ constant
@@ -43,7 +41,7 @@ def test_a_linear_force_agrees_with_linear_programming(seed, samples):
         np.append(-level, level),
         bounds=[(-1, 1)] * 3 + [(None, None)] * 2,
     )
-    assert optimum.evaluation.look.range == pytest.approx(oracle.fun, abs=1e-7)
+    assert toys.find_range(optimum.evaluation.summary) == pytest.approx(oracle.fun, abs=1e-7)
     assert optimum.stationary
 
 
@@ -52,13 +50,13 @@ def test_refined_ties_are_sharper_than_samples():
     parameters.
     """
     toy, _, _ = toys.linear(1)
-    problem = over_turn(toy, toys.RANGE, "refined")
+    problem = toys.over_turn(toy, toys.RANGE, "refined")
     optimum = search_locally(problem, problem.start)
     assert optimum.stationary
     conditions = problem.conditions(optimum.u)
     tops = find_tops(conditions.rows, conditions.groups, 2)
     assert (conditions.rows > tops[conditions.groups] - 1e-6).sum() > 2
-    fine = over_turn(toy, toys.RANGE, 2000)
+    fine = toys.over_turn(toy, toys.RANGE, 2000)
     assert fine.evaluate(optimum.u).objective == pytest.approx(
         optimum.evaluation.objective, abs=1e-4
     )
@@ -76,7 +74,7 @@ def test_a_corner_agrees_with_a_search_of_the_line(kind, sampling, weights):
     """One parameter, kinks in x wherever the corner passes a sample: a fine scan finds nothing
     better.
     """
-    problem = over_turn(toys.corner(), Weights(*weights, kind), sampling)
+    problem = toys.over_turn(toys.corner(), toys.Weights(*weights, kind), sampling)
     scan = min((problem.evaluate(np.array([u])).objective, u) for u in np.linspace(0, 1, 201))
     minimum = minimize_scalar(
         lambda u: problem.evaluate(np.array([u])).objective,
@@ -91,7 +89,7 @@ def test_a_corner_agrees_with_a_search_of_the_line(kind, sampling, weights):
 
 
 def test_optimum_on_a_kink_is_located():
-    problem = over_turn(toys.corner(), toys.VARIANCE, 12)
+    problem = toys.over_turn(toys.corner(), toys.VARIANCE, 12)
     optimum = search_locally(problem, problem.start)
     assert optimum.stationary
     gaps = np.abs(problem.objective.turn.angles[:, None] - problem.design(optimum.u))
@@ -106,7 +104,7 @@ def test_two_parameter_corner_equals_plane_search(sampling, side):
     """The corner's place depends on both, not linearly; many kinks, peaks that tie: no point of a
     grid is better.
     """
-    problem = over_turn(toys.bent(), toys.PAPER, sampling)
+    problem = toys.over_turn(toys.bent(), toys.PAPER, sampling)
     starts = [np.array([a, b]) for a in (0.2, 0.8) for b in (0.2, 0.8)]
     optima = [search_locally(problem, start) for start in starts]
     assert all(minimum.stationary for minimum in optima)
@@ -123,7 +121,7 @@ def test_two_parameter_corner_equals_plane_search(sampling, side):
     ),
 )
 def test_machine_is_optimised_within_bounds(sampling, kind, model):
-    problem = toys.problem(sampling, Weights(0.6, 0.4, kind), model)
+    problem = toys.problem(sampling, toys.Weights(0.6, 0.4, kind), model)
     optimum = search_locally(problem, problem.start)
     assert optimum.stationary
     assert optimum.evaluation.objective < problem.reference.objective

@@ -1,17 +1,19 @@
-"""What the force does not feel: rank and named null space."""
+"""Insensitive directions of the force: rank and named null space."""
 
 import casadi as ca
 import numpy as np
 import pytest
 
-from planter.optimise.range_variance import find_insensitivity
+from planter.optimise.range_variance import find_insensitive, scale_slopes
 from tests.planter.optimise import toys
 from tests.planter.optimise.toy import Toy
 
 
 def test_the_machine():
     machine = toys.device()
-    insensitivity = find_insensitivity(machine.force, machine.design, 360)
+    insensitivity = find_insensitive(
+        machine.force.names, scale_slopes(machine.force, machine.design, 360)
+    )
     assert insensitivity.effective_parameters == 7
     single, other, mixed = insensitivity.named
     assert (single, other) == ([{"gamma_deg": 1.0}], [{"A6_mm": 1.0}])
@@ -26,9 +28,9 @@ def test_the_machine():
 def test_directions_span_the_null_space():
     """Along each the curve stands still, to first order; across none of the others does it."""
     response = toys.planting("printed")
-    insensitivity = find_insensitivity(response, response.design, 360)
+    insensitivity = find_insensitive(response.names, scale_slopes(response, response.design, 360))
     phi = np.linspace(0, np.pi, 50)
-    columns = response.slopes(response.prologue(response.design), phi)[1][0, :, 1:]
+    columns = response.curves.slopes(response.prologue(response.design), phi)[1][0, :, 1:]
     columns = columns * (response.upper - response.lower)
     assert insensitivity.effective_parameters + len(insensitivity.directions) == 10
     for direction in insensitivity.directions:
@@ -50,7 +52,9 @@ def test_product_of_two_parameters_is_a_single_direction():
         lower=[1, 1, 1, 1],
         upper=[2, 3, 2, 2],
     )
-    insensitivity = find_insensitivity(toy, np.array([1.5, 2.0, 1.5, 1.5]), 24)
+    insensitivity = find_insensitive(
+        toy.names, scale_slopes(toy, np.array([1.5, 2.0, 1.5, 1.5]), 24)
+    )
     assert insensitivity.effective_parameters == 2
     assert insensitivity.named[0] == [{"x2": 1.0}]
     assert {k: v for entry in insensitivity.named[1] for k, v in entry.items()} == pytest.approx(

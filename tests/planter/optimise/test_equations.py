@@ -23,8 +23,7 @@ from planter.optimise.feasibility import minimise_violation
 from planter.optimise.local_search import STATIONARITY_TOLERANCE
 from planter.optimise.optimiser import METHODS, Method, OptimiserRun
 from planter.optimise.problem import Problem
-from planter.optimise.range_variance import build_range_problem as over_turn
-from planter.optimise.range_variance import find_insensitivity
+from planter.optimise.range_variance import find_insensitive, scale_slopes
 from tests.planter.optimise import toys
 from tests.planter.optimise.test_smooth import SHORT
 
@@ -163,9 +162,13 @@ def test_constrained_parameters_have_an_effect() -> None:
     """
     phi, x = ca.SX.sym("phi"), ca.SX.sym("x", 3)
     toy = toys.Toy(phi, x, x[0] * ca.cos(phi), lower=-np.ones(3), upper=np.ones(3))
-    free = find_insensitivity(toy, np.full(3, 0.5), 36)
+    free = find_insensitive(toy.names, scale_slopes(toy, np.full(3, 0.5), 36))
     assert (free.effective_parameters, len(free.directions)) == (1, 2)
-    insensitivity = find_insensitivity(toy, np.full(3, 0.5), 36, np.array([[0.3, 1.0, 1.0]]))
+    insensitivity = find_insensitive(
+        toy.names,
+        scale_slopes(toy, np.full(3, 0.5), 36),
+        np.array([[0.3, 1.0, 1.0]]) * (toy.upper - toy.lower),
+    )
     assert insensitivity.effective_parameters == 1
     assert len(insensitivity.space) == 1
     assert insensitivity.space[0] / insensitivity.space[0, 1] == pytest.approx(
@@ -184,7 +187,7 @@ def test_a_response_is_optimised_on_them() -> None:
         [NamedConstraint("sphere", ("min", "max"))],
         np.arange(1),
     )
-    problem = over_turn(toy, toys.PAPER, 40, circle)
+    problem = toys.over_turn(toy, toys.PAPER, 40, circle)
     optimum = OptimiserRun(problem, SHORT, seed=2, starts=3).run(
         "ipopt", candidates=[problem.onto(problem.start)]
     )

@@ -5,7 +5,6 @@ import pytest
 
 from planter.optimise import optimiser
 from planter.optimise.objective import evaluate_summary
-from planter.optimise.range_variance import build_range_problem as over_turn
 from planter.planting.file import load
 from tests.planter.optimise import toys
 
@@ -18,7 +17,7 @@ def settings():
 
 
 def search(settings, seed=0, progress=None):
-    problem = over_turn(toys.third_harmonic(), toys.RANGE, 24)
+    problem = toys.over_turn(toys.third_harmonic(), toys.RANGE, 24)
     return problem, optimiser.search_genetically(problem, settings, seed, progress)
 
 
@@ -114,7 +113,7 @@ def test_mutation_flips_the_given_share_of_bits(settings):
 
 
 def test_chromosomes_reach_both_bounds_exactly():
-    problem = over_turn(toys.linear(0)[0], toys.RANGE, 24)
+    problem = toys.over_turn(toys.linear(0)[0], toys.RANGE, 24)
     bits = np.array([[False] * 20 + [True] * 20 + [True] + [False] * 19])
     (u,) = optimiser.decode_points(problem, bits, 20)
     assert u.tolist() == [0.0, 1.0, 2**19 / (2**20 - 1)]
@@ -127,17 +126,17 @@ def test_distinct_individuals_are_apart():
 
 
 def test_an_interrupt_leaves_the_best_so_far(settings, monkeypatch):
-    problem = over_turn(toys.third_harmonic(), toys.RANGE, 24)
-    look, calls = problem.objective.turn.look, []
+    problem = toys.over_turn(toys.third_harmonic(), toys.RANGE, 24)
+    summarise, calls = problem.objective.turn.summarise, []
 
     def stopped(x):
         calls.append(x)
         if len(calls) == 50:
             raise KeyboardInterrupt
-        return look(x)
+        return summarise(x)
 
-    monkeypatch.setattr(problem.objective.turn, "look", stopped)
+    monkeypatch.setattr(problem.objective.turn, "summarise", stopped)
     with pytest.raises(KeyboardInterrupt):
         optimiser.search_genetically(problem, settings, 0)
-    best = min(evaluate_summary(problem.objective, look(x)).objective for x in calls[:49])
+    best = min(evaluate_summary(problem.objective, summarise(x)).objective for x in calls[:49])
     assert problem.best.objective == best

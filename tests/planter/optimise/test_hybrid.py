@@ -83,9 +83,7 @@ def test_insensitive_parameters_are_named(results):
 
 def test_the_table_is_json_with_the_keys_of_the_interface(results):
     optimum = results["hybrid"]
-    table = json.loads(
-        json.dumps(optimum.build_record(toys.device().scale).table(), allow_nan=False)
-    )
+    table = json.loads(json.dumps(optimum.build_record(toys.device()).table(), allow_nan=False))
     keys = {
         "method",
         "objective",
@@ -100,6 +98,7 @@ def test_the_table_is_json_with_the_keys_of_the_interface(results):
     assert set(table["certificate"]) == {
         "kkt_residual",
         "active_bounds",
+        "active_constraints",
         "starts",
         "agreeing_starts",
         "spread",
@@ -153,15 +152,15 @@ def test_early_interrupt_has_no_result(monkeypatch):
 
 def test_ipopt_is_interrupted_inside_a_solve(monkeypatch):
     problem = toys.problem(N)
-    hessian, calls = toys.planting().hessian, []
+    curvature, calls = toys.planting().curves.curvature, []
 
     def stop(*arguments):
         calls.append(1)
         if len(calls) == 3:
             raise KeyboardInterrupt
-        return hessian(*arguments)
+        return curvature(*arguments)
 
-    monkeypatch.setattr(toys.planting(), "hessian", stop)
+    monkeypatch.setattr(toys.planting().curves, "curvature", stop)
     with pytest.raises(KeyboardInterrupt):
         search_locally(problem, problem.start)
     assert len(calls) == 3

@@ -6,34 +6,38 @@ import pytest
 from planter.engine.curves import QuantityCurves
 from planter.optimise import cycle_panels, pieces
 from planter.optimise.continuous_cycle import ContinuousCycle
-from planter.optimise.curve_sum import CurveSide
-from planter.optimise.cycle_panels import CyclePanels
-from planter.optimise.objective import ModelValues, find_tops
+from planter.optimise.curve_sum import CurveSide, CurveStatistic
+from planter.optimise.cycle_panels import CyclePanels, PanelCache
+from planter.optimise.objective import find_tops
+from planter.optimise.response import CycleResponse
 from tests.planter.optimise import toys
-from tests.planter.optimise.toys import difference
+from tests.planter.optimise.toys import check_derivatives
+
+VARIANCE = (CurveStatistic("variance", 0, 1.0),)
+
+
+def measure_variance(response: CycleResponse, x: np.ndarray) -> float:
+    return CyclePanels(response, x).smooth(VARIANCE).value
 
 
 @pytest.mark.parametrize("model", ["exact", "printed"])
 def test_extremes_and_integrals_agree_with_a_fine_grid(model):
     response = toys.planting(model)
     phi = np.pi * np.arange(20000) / 20000
-    force = response.value(response.prologue(response.design), phi)[0]
-    look = ContinuousCycle.from_response(response, toys.SUM).look(response.design)
+    force = response.curves.values(response.prologue(response.design), phi)[0]
+    summary = ContinuousCycle(PanelCache(response), toys.SUM).summarise(response.design)
     rough = np.abs(np.diff(force, 2)).max() / 4
-    assert 0 <= look.high - force.max() < rough
-    assert 0 <= force.min() - look.low < rough
-    assert look.mean == pytest.approx(force.mean(), rel=1e-9)
-    assert look.variance == pytest.approx(force.var(), rel=1e-8)
+    assert 0 <= summary.tops[0] - force.max() < rough
+    assert 0 <= force.min() + summary.tops[1] < rough
+    assert summary.smooth == pytest.approx(0.4 * force.var(), rel=1e-8)
 
 
 def test_quadrature_has_converged(monkeypatch):
     response = toys.planting()
-    moments = CyclePanels(response, response.design).smooth(()).moments
+    variance = measure_variance(response, response.design)
     for module in (cycle_panels, pieces):
         monkeypatch.setattr(module, "NODES", 24)
-    finer = CyclePanels(response, response.design).smooth(()).moments
-    assert moments[0] == pytest.approx(finer[0], rel=1e-13)
-    assert moments[1] == pytest.approx(finer[1], rel=1e-12)
+    assert variance == pytest.approx(measure_variance(response, response.design), rel=1e-12)
 
 
 def test_closed_forms():
@@ -47,14 +51,14 @@ def test_closed_forms():
         np.sqrt([25 / 36, 0.75, 0.75, 25 / 36, 0.75, 0.75]) * [1, 1, -1, -1, -1, 1]
     )
     assert extremes.peaks.tolist() == [False, True, False, True, False, True]
-    assert panels.smooth(()).moments[1] == pytest.approx(37 / 72, rel=1e-13)
+    assert panels.smooth(VARIANCE).value == pytest.approx(37 / 72, rel=1e-13)
 
 
 def test_a_corner_is_a_peak_where_the_slope_changes_sign():
     toy = toys.corner(height=-4.0)
     extremes = CyclePanels(toy, np.array([0.2])).extremes(CurveSide(0, 0, 1))
     top = extremes.values.argmax()
-    assert (extremes.angles[top], extremes.joint[top]) == (pytest.approx(0.2, abs=1e-14), 0)
+    assert (extremes.angles[top], extremes.breakpoint[top]) == (pytest.approx(0.2, abs=1e-14), 0)
     assert extremes.values[top] == pytest.approx(3 * np.cos(0.2), abs=1e-14)
 
 
@@ -65,26 +69,9 @@ def test_a_corner_is_a_peak_where_the_slope_changes_sign():
 def test_peak_and_variance_derivatives_equal_differences(response, share):
     width = response.upper - response.lower
     x = response.lower + share * width
-    rows = ContinuousCycle.from_response(response, toys.SUM).local(x)
-    rng = np.random.default_rng(5)
-    weights = ModelValues(0.7, rng.normal(size=len(rows.groups)), np.empty(0))
-
-    def value(y):
-        values = rows.values(y)
-        return weights.smooth * values.smooth + weights.rows @ values.rows
-
-    def weighted(y):
-        slopes = rows.slopes(y)
-        return weights.smooth * slopes.smooth + weights.rows @ slopes.rows
-
-    step = 2e-5 * width
-    scale = np.abs(weighted(x) * width).max()
-    assert weighted(x) * width == pytest.approx(
-        difference(value, x, step) * width, abs=1e-7 * scale
-    )
-    bends = difference(weighted, x, step) * width * width[:, None]
-    curvature = rows.curvature(x, weights) * width * width[:, None]
-    assert curvature == pytest.approx(bends, abs=2e-6 * np.abs(bends).max())
+    rows = ContinuousCycle(PanelCache(response), toys.SUM).local(x)
+    weights = np.append(0.7, np.random.default_rng(5).normal(size=len(rows.groups)))
+    check_derivatives(rows, x, weights, width, 2e-5, (1e-7, 2e-6))
 
 
 def test_the_motion_of_nodes_is_needed(monkeypatch):
@@ -92,22 +79,22 @@ def test_the_motion_of_nodes_is_needed(monkeypatch):
     can fail.
     """
     toy, x = toys.corner(-4.0), np.array([0.2])
-    cycle = ContinuousCycle.from_response(toy, toys.SUM)
+    cycle = ContinuousCycle(PanelCache(toy), toys.SUM)
     panels, smooth = cycle.panels(x)
     bent = panels.hessian(smooth)
     monkeypatch.setattr(CyclePanels, "_velocity", np.zeros((2, 1)))
-    cycle = ContinuousCycle.from_response(toy, toys.SUM)
+    cycle = ContinuousCycle(PanelCache(toy), toys.SUM)
     panels, smooth = cycle.panels(x)
     assert abs(panels.hessian(smooth) - bent).max() > 0.1 * abs(bent).max()
 
 
 def test_windows_cover_the_turn_wherever_the_design_goes():
     response = toys.bent()
-    rows = ContinuousCycle.from_response(response, toys.SUM).local(np.array([0.1, 0.1]))
+    rows = ContinuousCycle(PanelCache(response), toys.SUM).local(np.array([0.1, 0.1]))
     for x in np.random.default_rng(0).random((6, 2)):
-        look = ContinuousCycle.from_response(response, toys.SUM).look(x)
-        assert find_tops(rows.values(x).rows, rows.groups, 2) == pytest.approx(
-            [look.high, -look.low], abs=1e-12
+        summary = ContinuousCycle(PanelCache(response), toys.SUM).summarise(x)
+        assert find_tops(rows.values(x)[1:], rows.groups, 2) == pytest.approx(
+            summary.tops, abs=1e-12
         )
 
 

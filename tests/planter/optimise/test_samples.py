@@ -1,15 +1,15 @@
 """The sampled turn: half of an even grid, exact first and second derivatives, also beside and on
-joints.
+breakpoints.
 """
 
 import numpy as np
 import pytest
 
-from planter.optimise.objective import BreakpointHold, ModelValues
+from planter.optimise.objective import BreakpointHold
 from planter.optimise.response import find_breakpoints
 from planter.optimise.sampled_cycle import SampledCycle, SampledRows, sample_angles
 from tests.planter.optimise import toys
-from tests.planter.optimise.toys import difference
+from tests.planter.optimise.toys import check_derivatives
 
 
 @pytest.mark.parametrize(("samples", "count"), [(360, 180), (361, 361), (90, 45)])
@@ -20,16 +20,16 @@ def test_only_different_samples_are_used(samples, count):
 @pytest.mark.parametrize("samples", [90, 91])
 def test_half_turn_equals_all_samples(samples):
     response = toys.planting()
-    (force,) = response.value(
+    (force,) = response.curves.values(
         response.prologue(response.design), 2 * np.pi * np.arange(samples) / samples
     )
-    look = SampledCycle(response, toys.SUM, samples).look(response.design)
-    assert (look.high, look.low) == pytest.approx((force.max(), force.min()), abs=1e-10)
-    assert (look.mean, look.variance) == pytest.approx((force.mean(), force.var()), rel=1e-11)
+    summary = SampledCycle(response, toys.SUM, samples).summarise(response.design)
+    assert summary.tops == pytest.approx((force.max(), -force.min()), abs=1e-10)
+    assert summary.smooth == pytest.approx(0.4 * force.var(), rel=1e-11)
 
 
 def crossing(side: float) -> tuple[SampledRows, np.ndarray]:
-    """The machine with the joint at t = pi/m of gear 3 a little before or behind the sample at 92
+    """The machine with the breakpoint at t = pi/m of gear 3 a little before or behind the sample at 92
     deg.
     """
     response = toys.planting()
@@ -44,32 +44,15 @@ def crossing(side: float) -> tuple[SampledRows, np.ndarray]:
 def test_derivatives_are_exact_on_both_sides_of_a_joint(side):
     rows, x = crossing(side)
     width = rows.response.upper - rows.response.lower
-    rng = np.random.default_rng(3)
-    weights = ModelValues(0.7, rng.normal(size=360), np.empty(0))
-
-    def weighted(y):
-        slopes = rows.slopes(y)
-        return weights.smooth * slopes.smooth + weights.rows @ slopes.rows
-
-    def value(y):
-        values = rows.values(y)
-        return weights.smooth * values.smooth + weights.rows @ values.rows
-
-    step = 1e-5 * width
-    scale = np.abs(weighted(x) * width).max()
-    assert weighted(x) * width == pytest.approx(
-        difference(value, x, step) * width, abs=1e-7 * scale
-    )
-    bends = difference(weighted, x, step) * width * width[:, None]
-    curvature = rows.curvature(x, weights) * width * width[:, None]
-    assert curvature == pytest.approx(bends, abs=1e-6 * np.abs(bends).max())
+    weights = np.append(0.7, np.random.default_rng(3).normal(size=360))
+    check_derivatives(rows, x, weights, width)
 
 
 def test_second_derivatives_jump_there():
     """What makes the test above one of two sides: the curvature of sample 92 is not the same on
     both.
     """
-    weights = ModelValues(0.0, np.eye(360)[92], np.empty(0))
+    weights = np.eye(361)[1 + 92]
     before, after = (rows.curvature(x, weights)[6, 6] for rows, x in (crossing(-1), crossing(1)))
     assert abs(after - before) > 0.1 * max(abs(before), abs(after))
 
@@ -83,29 +66,14 @@ def test_pinned_samples_move_with_their_joint_smoothly(response):
     first = int(np.flatnonzero(breakpoints.orders == 1)[0])
     sample = int(np.abs(turn.angles - breakpoints.folded[first]).argmin())
     rows = turn.local(x).with_holds((BreakpointHold(sample, int(breakpoints.events[first])),))
-    assert rows.values(x).holds == pytest.approx(
+    assert rows.values(x)[-1:] == pytest.approx(
         [breakpoints.folded[first] - turn.angles[sample]], abs=1e-12
     )
     n = len(turn.angles)
     chosen = np.array([np.ones(n), np.zeros(n)], dtype=bool)
     rows = SampledRows(response, toys.SUM, turn.angles, chosen, rows.holds)
-    weights = ModelValues(1.3, np.linspace(-1, 1, n), np.array([0.8]))
-
-    def value(y):
-        values = rows.values(y)
-        return 1.3 * values.smooth + weights.rows @ values.rows + weights.holds @ values.holds
-
-    def weighted(y):
-        slopes = rows.slopes(y)
-        return 1.3 * slopes.smooth + weights.rows @ slopes.rows + weights.holds @ slopes.holds
-
-    scale = np.abs(weighted(x) * width).max()
-    assert weighted(x) * width == pytest.approx(
-        difference(value, x, 1e-5 * width) * width, abs=1e-7 * scale
-    )
-    bends = difference(weighted, x, 1e-5 * width) * width * width[:, None]
-    found_bends = rows.curvature(x, weights) * width * width[:, None]
-    assert found_bends == pytest.approx(bends, abs=1e-6 * np.abs(bends).max())
+    weights = np.concatenate([[1.3], np.linspace(-1, 1, n), [0.8]])
+    check_derivatives(rows, x, weights, width)
 
 
 def test_sample_at_breakpoint_has_both_gradients():

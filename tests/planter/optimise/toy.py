@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from functools import cache
 
 import casadi as ca
 import numpy as np
@@ -11,9 +11,57 @@ from planter.kernels import Array
 from planter.optimise.response import BreakpointEvent
 
 
+class ToyFunctions:
+    """`AngleFunctions` of CasADi expressions (m,) in terms of phi and x."""
+
+    def __init__(self, phi: ca.SX, x: ca.SX, rows: ca.SX) -> None:
+        z, weights = ca.vertcat(phi, x), ca.SX.sym("weights", rows.numel())
+        slopes = ca.densify(ca.jacobian(rows, z))
+        second = ca.densify(ca.jacobian(slopes[:, 0], phi))
+        hessian = ca.densify(ca.hessian(ca.dot(weights, rows), z)[0])
+        outputs = {"rows": rows, "slopes": slopes, "second": second, "hessian": hessian}
+        inputs = [phi, x, weights]
+        self._functions = {name: ca.Function(name, inputs, [f]) for name, f in outputs.items()}
+        self._over = cache(lambda name, count: self._functions[name].map(count))
+
+    def _call(self, name: str, x: Array, phi: Array, weights: Array | None = None) -> Array:
+        """One output at angles (n,): (rows, n, columns)."""
+        f, count = self._functions[name], len(phi)
+        rows, columns = f.size1_out(0), f.size2_out(0)
+        if not count or not rows:
+            return np.empty((rows, count, columns))
+        weights = np.zeros((f.size1_in(2), count)) if weights is None else weights
+        result = self._over(name, count)(phi[None], np.tile(x[:, None], count), weights)
+        return np.asarray(result, dtype=float).reshape(rows, count, columns)
+
+    def values(self, at: Array, phi: Array) -> Array:
+        return self._call("rows", at, phi)[:, :, 0]
+
+    def slopes(self, at: Array, phi: Array, is_loose: bool = False) -> tuple[Array, Array]:
+        return self.values(at, phi), self._call("slopes", at, phi)
+
+    def derivatives(self, at: Array, phi: Array, is_loose: bool = False) -> tuple[Array, Array]:
+        values, slopes = self.slopes(at, phi)
+        return values, slopes[:, :, 0]
+
+    def rates(self, at: Array, phi: Array, is_loose: bool = False) -> tuple[Array, Array]:
+        return self.derivatives(at, phi)[1], self._call("second", at, phi)[:, :, 0]
+
+    def curvature(self, at: Array, phi: Array, weights: Array) -> Array:
+        return self.curvatures(at, phi, weights).sum(axis=0)
+
+    def curvatures(self, at: Array, phi: Array, weights: Array) -> Array:
+        return self._call("hessian", at, phi, weights).transpose(1, 0, 2)
+
+    def curvature_along(self, at: Array, phi: Array, weights: Array, slopes: Array) -> Array:
+        eye = np.tile(np.eye(len(at)), (len(phi), 1, 1))
+        path = np.concatenate([slopes[:, None, :], eye], axis=1)
+        return np.einsum("nap,nab,nbq->pq", path, self.curvatures(at, phi, weights), path)
+
+
 class Toy:
-    """A `Response` made of CasADi expressions: `force` and, with its events, `joints` in terms of
-    phi and x.
+    """A `CycleResponse` made of CasADi expressions: `force` and, with its events, `breakpoints` in terms
+    of phi and x.
     """
 
     def __init__(
@@ -21,58 +69,20 @@ class Toy:
         phi: ca.SX,
         x: ca.SX,
         force: ca.SX,
-        joints: dict[BreakpointEvent, ca.SX] | None = None,
+        breakpoints: dict[BreakpointEvent, ca.SX] | None = None,
         lower: Array | None = None,
         upper: Array | None = None,
-        design: Array | None = None,
-        period: float = 2 * np.pi,
     ) -> None:
-        p = x.numel()
+        p, breakpoints = x.numel(), breakpoints or {}
         self.names = tuple(f"x{j}" for j in range(p))
         self.lower = np.zeros(p) if lower is None else np.asarray(lower, dtype=float)
         self.upper = np.ones(p) if upper is None else np.asarray(upper, dtype=float)
-        self.design = (
-            (self.lower + self.upper) / 2 if design is None else np.asarray(design, dtype=float)
-        )
-        self.period, self.turn, self.shifts = period, 2 * np.pi, (0.0,)
-        self.count, self.is_closed = 1, True
-        self.events = tuple(joints or {})
-        z = ca.vertcat(phi, x)
-        g = ca.vertcat(*(joints or {}).values()) if joints else ca.SX(0, 1)
-        weights = ca.SX.sym("weights", g.numel())
-        outputs = {
-            "force": force,
-            "slope": ca.gradient(force, z),
-            "second": ca.densify(ca.hessian(force, z)[0]),
-            "g": g,
-            "g_slope": ca.densify(ca.jacobian(g, z)),
-            "g_second": ca.densify(ca.hessian(ca.dot(weights, g), z)[0]),
-        }
-        self._functions = {
-            name: ca.Function(name, [phi, x, weights], [e]) for name, e in outputs.items()
-        }
-        self._mapped: dict[tuple[str, int], ca.Function] = {}
-
-    def _call(self, name: str, x: Array, phi: Array, weights: Array | float = 0.0) -> Array:
-        """One output at angles (n,): (rows, n * columns)."""
-        f = self._functions[name]
-        if not len(phi):
-            return np.empty((f.size1_out(0), 0))
-        values = self._over(name, len(phi))(phi[None, :], x[:, None], np.reshape(weights, (-1, 1)))
-        return np.asarray(values, dtype=float)
-
-    def _over(self, name: str, count: int) -> ca.Function:
-        """One output over so many angles, x and weights alike at all of them."""
-        if (name, count) not in self._mapped:
-            f = self._functions[name]
-            self._mapped[name, count] = f.map(f"{name}_{count}", "serial", count, [1, 2], [])
-        return self._mapped[name, count]
-
-    def _stacked(self, name: str, x: Array, phi: Array) -> Array:
-        """One output at angles (n,): (n, rows, columns)."""
-        f = self._functions[name]
-        values = self._call(name, x, phi, np.zeros(f.size1_in(2)))
-        return values.reshape(f.size1_out(0), len(phi), f.size2_out(0)).transpose(1, 0, 2)
+        self.design = (self.lower + self.upper) / 2
+        self.period = self.turn = 2 * np.pi
+        self.shifts, self.count, self.is_closed = (0.0,), 1, True
+        self.events = tuple(breakpoints)
+        self.curves = ToyFunctions(phi, x, force)
+        self.event_functions = ToyFunctions(phi, x, ca.vertcat(ca.SX(0, 1), *breakpoints.values()))
 
     def prologue(self, x: Array) -> Array:
         return np.array(x, dtype=float)
@@ -80,47 +90,5 @@ class Toy:
     def restart(self) -> None:
         """Forget nothing: a toy depends on its design alone."""
 
-    def value(self, at: Any, phi: Array) -> Array:
-        return self._stacked("force", at, phi)[:, :, 0].T
-
-    def ends(self, at: Any, phi: Array) -> tuple[Array, Array]:
-        return self.rate(at, phi)
-
-    def rate(self, at: Any, phi: Array) -> tuple[Array, Array]:
-        force, slopes = self.slopes(at, phi)
-        return force, slopes[:, :, 0]
-
-    def rates(self, at: Any, phi: Array) -> tuple[Array, Array]:
-        return self.slopes(at, phi)[1][:, :, 0], self._stacked("second", at, phi)[None, :, 0, 0]
-
-    def slopes(self, at: Any, phi: Array) -> tuple[Array, Array]:
-        return self.value(at, phi), self._stacked("slope", at, phi)[None, :, :, 0]
-
-    def hessian(self, at: Any, phi: Array, weights: Array) -> Array:
-        return np.tensordot(weights[0], self._stacked("second", at, phi), 1)
-
-    def hessians(self, at: Any, phi: Array, weights: Array) -> Array:
-        return weights[0][:, None, None] * self._stacked("second", at, phi)
-
-    def hessian_along(self, at: Any, phi: Array, weights: Array, velocity: Array) -> Array:
-        path = np.concatenate(
-            [velocity[:, None, :], np.tile(np.eye(len(at)), (len(phi), 1, 1))], axis=1
-        )
-        return np.einsum("nap,nab,nbq->pq", path, self.hessians(at, phi, weights), path)
-
-    def misses(self, at: Any, phi: Array) -> Array:
+    def misses(self, at: Array, phi: Array) -> Array:
         return np.empty((0, len(phi)))
-
-    def event_values(self, at: Any, phi: Array) -> tuple[Array, Array]:
-        return self._stacked("g", at, phi)[:, :, 0].T, self.event_slopes(at, phi)[:, :, 0]
-
-    def event_rates(self, at: Any, phi: Array) -> tuple[Array, Array]:
-        count = len(self.events)
-        second = [[self.event_hessian(at, angle, k)[0, 0] for angle in phi] for k in range(count)]
-        return self.event_slopes(at, phi)[:, :, 0], np.array(second).reshape(count, len(phi))
-
-    def event_slopes(self, at: Any, phi: Array) -> Array:
-        return self._stacked("g_slope", at, phi).transpose(1, 0, 2)
-
-    def event_hessian(self, at: Any, phi: float, event: int) -> Array:
-        return self._call("g_second", at, np.array([phi]), np.eye(len(self.events))[event])

@@ -1,20 +1,25 @@
 """Toy responses with known optima, and the built-in machine with a short genetic search."""
 
 from functools import cache
+from typing import Any
 
 import casadi as ca
 import numpy as np
+import pytest
 
 from planter.engine.curves import QuantityCurves
 from planter.kernels import Array
+from planter.numerics.statistics import StatisticKind
+from planter.optimise.constraints import Constraints, DesignBox
+from planter.optimise.curve_sum import CurveSide, CurveStatistic, CurveSum
+from planter.optimise.objective import ObjectiveSummary
 from planter.optimise.problem import Problem
-from planter.optimise.range_variance import Sampling, build_range_sum
-from planter.optimise.range_variance import build_range_problem as over_turn
-from planter.optimise.response import BreakpointEvent
-from planter.optimise.variance import Weights
+from planter.optimise.range_variance import CurveSumObjective, Sampling
+from planter.optimise.response import BreakpointEvent, CycleResponse
 from planter.planting.file import load
 from planter.planting.functions import Model
 from planter.planting.model import Device
+from planter.planting.objective import Weights
 from tests.planter.optimise.toy import Toy
 
 RANGE, VARIANCE, PAPER = (
@@ -22,8 +27,35 @@ RANGE, VARIANCE, PAPER = (
     Weights(0.0, 1.0, "paper"),
     Weights(0.6, 0.4, "paper"),
 )
+
+
+def build_range_sum(weights: Weights) -> CurveSum:
+    """Return the weighted range and scatter of one curve."""
+    kind: StatisticKind = "variance" if weights.kind == "paper" else "std"
+    sides = (CurveSide(0, 0, 1), CurveSide(1, 0, -1))
+    scatter = CurveStatistic(kind, 0, weights.weight_variance)
+    return CurveSum((scatter,), sides, np.full(2, weights.weight_range))
+
+
 SUM = build_range_sum(PAPER)
 CORNER = BreakpointEvent("corner", 1, 2 * np.pi)
+
+
+def over_turn(
+    response: CycleResponse,
+    weights: Weights,
+    sampling: Sampling,
+    constraints: Constraints | None = None,
+) -> Problem:
+    """Return the problem of least weighted range and scatter, in shares of the bounds."""
+    box = DesignBox.shares(response.names, response.lower, response.upper, response.design)
+    objective = CurveSumObjective(response, build_range_sum(weights), sampling)
+    return Problem(objective, box, constraints)
+
+
+def find_range(summary: ObjectiveSummary) -> float:
+    """Return the range of the curve: its greatest value, and minus its least, are the rows."""
+    return float(summary.tops.sum())
 
 
 def third_harmonic() -> Toy:
@@ -104,3 +136,26 @@ def difference(function, x: Array, step: Array | float) -> Array:  # type: ignor
         [(function(x + s) - function(x - s)) / (2 * k) for s, k in zip(steps, h, strict=True)],
         axis=-1,
     )
+
+
+def check_derivatives(
+    rows: Any,
+    x: Array,
+    weights: Array,
+    width: Array,
+    step: float = 1e-5,
+    tolerances: tuple[float, float] = (1e-7, 1e-6),
+) -> None:
+    """Compare gradient and Hessian of weighted `values` (k,) with central differences over steps, in
+    shares of a width (p,).
+    """
+
+    def weigh_slopes(y: Array) -> Array:
+        return weights @ rows.slopes(y)
+
+    gradient = weigh_slopes(x) * width
+    first = difference(lambda y: weights @ rows.values(y), x, step * width) * width
+    assert gradient == pytest.approx(first, abs=tolerances[0] * np.abs(gradient).max())
+    second = difference(weigh_slopes, x, step * width) * np.outer(width, width)
+    bent = rows.curvature(x, weights) * np.outer(width, width)
+    assert bent == pytest.approx(second, abs=tolerances[1] * np.abs(second).max())

@@ -270,7 +270,10 @@ def test_settled_requires_small_residual_and_agreement() -> None:
 
     def minimum(objective: float, residual: float) -> LocalMinimum:
         return LocalMinimum(
-            np.zeros(1), ObjectiveEvaluation(objective, ObjectiveSummary(0, 0, 0, 0)), residual, 1
+            np.zeros(1),
+            ObjectiveEvaluation(objective, ObjectiveSummary(0.0, np.zeros(2))),
+            residual,
+            1,
         )
 
     assert (

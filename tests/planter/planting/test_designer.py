@@ -204,6 +204,7 @@ def test_every_sentence_of_an_optimisation_is_computed() -> None:
     proof = {
         "kkt_residual": 1e-9,
         "active_bounds": [],
+        "active_constraints": [],
         "starts": 4,
         "agreeing_starts": 3,
         "spread": 0.0,

@@ -64,7 +64,7 @@ def test_optimum_satisfies_the_limit_at_its_price(tmp_path: Path) -> None:
     step = 0.004
     low, middle, high = (search(2.84 + k * step) for k in (-1, 0, 1))
     assert middle["met"]
-    (price,) = middle["certificate"]["active_limits"]
+    (price,) = middle["certificate"]["active_constraints"]
     assert price["unit"] == "N m"
     slope = (low["objective"] - high["objective"]) / (2 * step)
     assert price["multiplier"] == pytest.approx(slope, rel=0.05)

@@ -217,6 +217,8 @@ def test_best_so_far_is_saved_during_search(
         ),
     )
     options = (
+        "--method",
+        "hybrid",
         "--set",
         "individuals=10",
         "--set",

@@ -149,9 +149,9 @@ def test_force_and_slopes_of_the_whole_model_are_enclosed(name: str, model: Mode
     for seed in range(30):
         force, slopes = subject.support_slopes(subject.prologue(inside(name, model, seed)), angles)
         assert_within(enclosure.value[ANYWHERE], force)
-        felt = list(enclosure.felt)
-        assert_within(enclosure.gradient[ANYWHERE], slopes[:, 1:].T[felt])
-        gone = [k for k in range(subject.size) if k not in felt]
+        support = list(enclosure.support)
+        assert_within(enclosure.gradient[ANYWHERE], slopes[:, 1:].T[support])
+        gone = [k for k in range(subject.size) if k not in support]
         assert np.abs(slopes[:, 1:].T[gone]).max(initial=0) < 1e-8
 
 
@@ -212,9 +212,7 @@ def shifted(
     subject = device(name, "exact")
     gone = np.isin(subject.names, without)
     bounding = proof.build_objective_enclosure(subject.machine, "exact", COUNT)
-    return BranchAndBound(
-        bounding, np.where(gone, design, lower), np.where(gone, design, upper), 0.0
-    )
+    return BranchAndBound(bounding, np.where(gone, design, lower), np.where(gone, design, upper))
 
 
 def test_small_box_is_proved_and_false_claim_is_not() -> None:

@@ -27,8 +27,8 @@ from planter.planting.requirement_rows import RequirementRows
 from planter.planting.requirements import (
     RequirementConstraints,
     build_infeasibility_error,
-    compute_bounds,
     evaluate_requirements,
+    measure_excess,
 )
 from planter.planting.requirements_section import KINDS
 from tests.support.cli import answer, refusal, run
@@ -341,7 +341,7 @@ def test_search_for_any_sum_satisfies_the_requirements(device: Device, goal: str
     free = optimise_machine(replace(built, requirements=None), goal, spec=spec)
     assert required.violation(free.x) > 0.01
     prices = {
-        limit.limit_on: limit.multiplier for limit in optimum.result.certificate.active_limits
+        limit.name: limit.multiplier for limit in optimum.result.certificate.active_constraints
     }
     assert prices
     assert prices.keys() <= {kind.name for kind in required.kinds}
@@ -369,7 +369,7 @@ def test_huge_curvature_radius_limit_has_an_excess() -> None:
     """Its step in curvature is far below the rounding of the curvature that it bounds."""
     device = Device(machine.load("wang2017-wide", {"curvature_radius_min_mm": 1e15}))
     rows = RequirementRows(device)
-    excess = compute_bounds(rows).excess(rows.at(device.design).values)
+    excess = measure_excess(rows, device.design)
     assert np.isfinite(excess).all()
     assert excess.max() > 1e20
 

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from planter import simulate
+from planter.engine import front
 from planter.mechanism.presentation import present_cycle
-from planter.optimise import pareto
 from planter.planting.design_presentation import present_optimum
 from planter.planting.file import load
 from planter.planting.model import Device
@@ -59,7 +59,7 @@ def test_simulation_files_are_complete_and_reproducible(tmp_path: Path) -> None:
 def test_optimisation_writes_optimum_and_optional_front(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(pareto, "FRONT_POINTS", 2)
+    monkeypatch.setattr(front, "FRONT_POINTS", 2)
     monkeypatch.setattr(Device, "compile", lambda self, refined: None)  # not worth it for one start
     device = Device(load("wang2017"))
     optimum = optimise(device, "ipopt", "60", starts=1)

@@ -9,7 +9,7 @@ from copy import deepcopy
 from typing import Any
 
 from planter.optimise.proof.certificate_file import compute_digest
-from planter.optimise.proof.claims import MEASURES, compose_statement
+from planter.optimise.proof.check_proof import MEASURES, state_claim
 
 Document = dict[str, Any]
 Tampering = Callable[[Document], None]
@@ -23,7 +23,7 @@ def renew(document: Document) -> Document:
     would write.
     """
     try:
-        document["statement"] = compose_statement(document)
+        document["statement"] = state_claim(document)
     except Exception:  # there is no statement of what is spoiled
         document["statement"] = "proved"
     document["sha256"] = compute_digest(document)

@@ -64,12 +64,12 @@ def missed(name: str, jet: Jet) -> int:
     jet.
     """
     rng, count = np.random.default_rng(3), 0
-    rows, columns = packed_indices(len(jet.felt))
+    rows, columns = packed_indices(len(jet.support))
     for _ in range(60):
         x = LOWER + rng.random(3) * (UPPER - LOWER)
         direction = np.append(rng.integers(-2, 3, 2).astype(float), 0.0)
         value, slope, bend = series(FUNCTIONS[name], x, direction)
-        v = Ball.exact(direction[list(jet.felt)])
+        v = Ball.exact(direction[list(jet.support)])
         gradient = (jet.gradient[ANYWHERE][:, 0] * v).sum()
         twice = Ball.exact(np.where(rows == columns, 1.0, 2.0))
         quadratic = (jet.hessian[:, 0] * v[rows] * v[columns] * twice).sum()
@@ -81,7 +81,7 @@ def missed(name: str, jet: Jet) -> int:
 @pytest.mark.parametrize("name", FUNCTIONS)
 def test_a_jet_holds_values_and_derivatives(name: str) -> None:
     jet = enclosed(FUNCTIONS[name])
-    assert jet.felt in {(0, 1), (0,)}
+    assert jet.support in {(0, 1), (0,)}
     assert missed(name, jet) == 0
 
 
@@ -97,8 +97,8 @@ def test_bounds_of_a_jet_are_bounds(name: str) -> None:
 
 def test_a_wrong_sign_is_noticed() -> None:
     jet = enclosed(FUNCTIONS["waves"])
-    assert missed("waves", Jet(jet.space, jet.felt, jet.value, -jet.gradient, jet.hessian)) > 0
-    assert missed("waves", Jet(jet.space, jet.felt, jet.value, jet.gradient, -jet.hessian)) > 0
+    assert missed("waves", Jet(jet.space, jet.support, jet.value, -jet.gradient, jet.hessian)) > 0
+    assert missed("waves", Jet(jet.space, jet.support, jet.value, jet.gradient, -jet.hessian)) > 0
 
 
 def test_too_small_box_is_detected(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -26,6 +26,7 @@ from planter.optimise.proof.jets import ANYWHERE, CENTRE, Jet, Space
 from planter.optimise.proof.panels import AnglePanels, MovingKinks
 from planter.optimise.proof.search import BranchAndBound
 from tests.planter.optimise.proof.test_search import BENT, LOWER, UPPER
+from tests.planter.optimise.proof.toys import Bounded
 
 MIDDLE = np.array([0.4, 1.1, 0.03])
 HALF = np.array([0.02, 0.02, 0.004])
@@ -94,7 +95,7 @@ def bound(lower: Array, upper: Array, count: int = 40) -> ObjectiveBounds:
         hull = (side * force).hull(3)
         extremes.append(Maximum(points * (side * 0.6), replace(hull, space=designs) * 0.6))
     return enclosures.bound_objective(
-        Jet(designs, smooth.felt, smooth.value, smooth.gradient, smooth.hessian), extremes
+        Jet(designs, smooth.support, smooth.value, smooth.gradient, smooth.hessian), extremes
     )
 
 
@@ -174,9 +175,7 @@ def test_true_bounds_hold_at_random_designs() -> None:
 def test_the_true_optimum_is_proved() -> None:
     best = np.array([UPPER[0], LOWER[1], 0.0])
     goal = bound(best, best, 2000).reached * (1 - 1e-3)
-    result = BranchAndBound(lambda low, high: bound(low, high), LOWER, UPPER, floor=0.0).run(
-        goal, 60.0
-    )
+    result = BranchAndBound(Bounded(bound), LOWER, UPPER).run(goal, 60.0)
     assert result.lower_bound <= min(true_objective(LOWER + s * (UPPER - LOWER)) for s in np.eye(3))
     assert result.lower_bound <= true_objective(best)
 

@@ -97,7 +97,7 @@ def test_c_gives_the_balls_of_numpy(code: Code) -> None:
     assert runner.compiled is not None, "a machine without a compiler cannot run this test"
     _, expected = enclose_by_numpy(code, space, lanes, NOTHING)
     for jet, other in zip(jets, expected, strict=True):
-        same = other.over(jet.felt) if other.felt != jet.felt else other
+        same = other.over(jet.support) if other.support != jet.support else other
         for ball, other_ball in (
             (jet.value, same.value),
             (jet.gradient, same.gradient),

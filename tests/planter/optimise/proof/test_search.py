@@ -25,6 +25,7 @@ from planter.optimise.proof.jets import ANYWHERE, Jet, Space
 from planter.optimise.proof.programs import record_program
 from planter.optimise.proof.roots import enclose_roots
 from planter.optimise.proof.search import BoundingResult, BranchAndBound
+from tests.planter.optimise.proof.toys import Bounded
 
 LOWER, UPPER = np.array([0.1, 0.9, -0.04]), np.array([0.6, 1.3, 0.1])
 SAMPLES = 24
@@ -87,7 +88,7 @@ BEST = value(OPTIMUM)
 def proved(
     box: tuple[Array, Array] = (LOWER, UPPER), seconds: float = 60.0, goal: float = 1e-6
 ) -> BoundingResult:
-    return BranchAndBound(bounding, *box, floor=0.0).run(BEST - goal, seconds)
+    return BranchAndBound(Bounded(bounding), *box).run(BEST - goal, seconds)
 
 
 def test_samples_enclose_both_sides_of_branches() -> None:
@@ -153,7 +154,7 @@ def test_box_without_optimum_is_not_the_total() -> None:
     """
     part = proved((LOWER, np.array([UPPER[0] - 0.1, *UPPER[1:]])))
     assert part.lower_bound > BEST + 1e-3
-    above = BranchAndBound(bounding, LOWER, UPPER, floor=0.0).run(BEST + 0.01, 3.0)
+    above = BranchAndBound(Bounded(bounding), LOWER, UPPER).run(BEST + 0.01, 3.0)
     assert above.lower_bound <= BEST + 1e-14
     assert above.met < BEST + 0.01
 
@@ -168,7 +169,7 @@ def test_a_wrong_sign_gives_a_bound_above_the_optimum(tamper: str) -> None:
         )
         return enclosures.ObjectiveBounds(bound, bounds.reached, slopes, bounds.looseness)
 
-    assert BranchAndBound(wrong, LOWER, UPPER, floor=0.0).run(BEST - 1e-6, 20.0).lower_bound > BEST
+    assert BranchAndBound(Bounded(wrong), LOWER, UPPER).run(BEST - 1e-6, 20.0).lower_bound > BEST
 
 
 def test_unbounded_box_is_halved_until_time_ends() -> None:
@@ -178,10 +179,10 @@ def test_unbounded_box_is_halved_until_time_ends() -> None:
         return bounding(lower, upper)
 
     assert (
-        BranchAndBound(partly, LOWER, UPPER, floor=0.0).run(BEST - 1e-6, 60.0).lower_bound
+        BranchAndBound(Bounded(partly), LOWER, UPPER).run(BEST - 1e-6, 60.0).lower_bound
         >= BEST - 1e-6
     )
-    hurried = BranchAndBound(partly, LOWER, UPPER, floor=0.0).run(BEST - 1e-6, 0.0)
+    hurried = BranchAndBound(Bounded(partly), LOWER, UPPER).run(BEST - 1e-6, 0.0)
     assert hurried.lower_bound == 0.0
 
 

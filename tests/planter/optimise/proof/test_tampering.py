@@ -13,8 +13,7 @@ import pytest
 
 from planter.optimise.proof import check_proof, objective
 from planter.optimise.proof.certificate_file import check_document, compute_digest
-from planter.optimise.proof.claims import compose_statement, list_nonnegative
-from planter.optimise.proof.programs import RecordedProgram, record_program
+from planter.optimise.proof.programs import record_program
 from tests.planter.optimise.proof.tampering import list_tampered, renew
 from tests.planter.optimise.proof.test_certificate_file import KINDS, check_apart, prove_document
 
@@ -48,10 +47,9 @@ def test_every_tampered_proof_is_refused_by_both(kind: str, step: int) -> None:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_both_checkers_state_the_same_claim(kind: str) -> None:
+def test_statement_names_all_of_which_something_is_claimed(kind: str) -> None:
     document = prove_document(kind)
-    statement = compose_statement(document)
-    assert document["statement"] == statement == check_proof.state_claim(document)
+    statement = document["statement"]
     assert all(name in statement for name in (*document["parameters"], *document["quantities"]))
     assert check_document(document).statement == statement
 
@@ -100,7 +98,6 @@ def test_sizes_follow_from_the_form_of_a_program(form: str) -> None:
     code, is_size = FORMS[form]
     program = record_program(lambda xp, x: [code(xp, x)], 2).to_document()
     (output,) = program["outputs"]
-    assert list_nonnegative(RecordedProgram.from_document(program).operations)[output] is is_size
     assert check_proof.is_size(program["operations"], output) is is_size
     if is_size:
         values = np.linspace(-2, 2, 9)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -20,12 +21,6 @@ class Ring:
     """f = (x^2 + y^2 - 1)^2 + 0.1 x; boxes that are wide along y have no bound."""
 
     batch, floor = 2, -np.inf
-
-    def __call__(self, lower: Array, upper: Array) -> ObjectiveBounds:
-        (result,) = self.bound_boxes([(lower, upper)])
-        if isinstance(result, Unbounded):
-            raise result
-        return result
 
     def bound_boxes(
         self, boxes: Sequence[tuple[Array, Array]]
@@ -45,3 +40,23 @@ def _bound(lower: Array, upper: Array) -> ObjectiveBounds:
     return ObjectiveBounds(
         float(objective.low), float(reached) + 1e-12, slopes, (upper - lower) * slopes.magnitude
     )
+
+
+@dataclass(frozen=True)
+class Bounded:
+    """An objective that is nowhere below zero, bounded by a function of one box."""
+
+    bound: Callable[[Array, Array], ObjectiveBounds]
+    batch: int = 1
+    floor: float = 0.0
+
+    def bound_boxes(
+        self, boxes: Sequence[tuple[Array, Array]]
+    ) -> list[ObjectiveBounds | Unbounded]:
+        results: list[ObjectiveBounds | Unbounded] = []
+        for box in boxes:
+            try:
+                results.append(self.bound(*box))
+            except Unbounded as error:
+                results.append(error)
+        return results

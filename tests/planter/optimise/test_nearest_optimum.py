@@ -8,7 +8,6 @@ from planter.optimise import result
 from planter.optimise.constraints import NamedConstraint
 from planter.optimise.expressions import SymbolicConstraints
 from planter.optimise.local_search import search_locally
-from planter.optimise.range_variance import build_range_problem as over_turn
 from tests.planter.optimise import toys
 from tests.planter.optimise.toy import Toy
 
@@ -16,7 +15,7 @@ STARTS = ([0.1, 0.2, 0.3], [0.9, 0.8, 0.1], [0.5, 0.1, 0.9], [0.2, 0.9, 0.6])
 
 
 def scaled() -> Toy:
-    """Least range at x0 / x1 = 1/6, whatever their size; x2 is not felt at all."""
+    """Least range at x0 / x1 = 1/6, whatever their size; x2 has no effect."""
     phi, x = ca.SX.sym("phi"), ca.SX.sym("x", 3)
     return Toy(
         phi,
@@ -44,7 +43,7 @@ def nearest_on_the_ray(problem) -> np.ndarray:
 
 
 def test_distant_searches_report_the_same_design():
-    problem = over_turn(scaled(), toys.RANGE, "refined")
+    problem = toys.over_turn(scaled(), toys.RANGE, "refined")
     ends = [search_locally(problem, np.array(start)).u for start in STARTS]
     assert max(np.abs(end - ends[0]).max() for end in ends) > 1e-2
     optima = [result.select_nearest_optimum(problem, end) for end in ends]
@@ -57,7 +56,7 @@ def test_distant_searches_report_the_same_design():
 
 @pytest.mark.parametrize("limit", [2.5, 1.4])
 def test_the_rule_keeps_constraints(limit):
-    problem = over_turn(scaled(), toys.RANGE, "refined", limited(limit))
+    problem = toys.over_turn(scaled(), toys.RANGE, "refined", limited(limit))
     optima = [
         result.select_nearest_optimum(problem, search_locally(problem, np.array(start)).u)
         for start in STARTS
@@ -67,6 +66,6 @@ def test_the_rule_keeps_constraints(limit):
 
 
 def test_sensitive_parameters_do_not_move():
-    problem = over_turn(toys.third_harmonic(), toys.RANGE, "refined")
+    problem = toys.over_turn(toys.third_harmonic(), toys.RANGE, "refined")
     u = search_locally(problem, np.array([0.9])).u
     assert result.select_nearest_optimum(problem, u) == pytest.approx(u, abs=0)

@@ -22,14 +22,14 @@ def test_joints_of_the_machine_lie_where_closed_forms_put_them():
 
 
 def test_joints_are_joints():
-    """Each of the machine's joints of order 1 that the force feels is a jump of its slope."""
+    """Each of the machine's breakpoints of order 1 that the force feels is a jump of its slope."""
     response = toys.planting()
     at = response.prologue(response.design)
     breakpoints = find_breakpoints(response, at)
     for angle, name in zip(breakpoints.angles, breakpoints.names, strict=True):
         if name.startswith("gear 3") or name == "gear 6, t = pi/m":
             neighbours = np.array([angle - 1e-4, angle - 1e-9, angle + 1e-9, angle + 1e-4])
-            jumps = np.abs(np.diff(response.rate(at, neighbours)[1][0]))
+            jumps = np.abs(np.diff(response.curves.derivatives(at, neighbours)[1][0]))
             bend = max(jumps[[0, 2]]) / 1e-4
             assert jumps[1] > 1000 * bend * 2e-9
 

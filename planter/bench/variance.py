@@ -14,13 +14,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Literal
 
 import numpy as np
 
 from planter.kernels import Array
+from planter.planting.objective import Weights
 
 
 class Variance:
@@ -56,36 +55,14 @@ class Variance:
         return 2 * (self.shares[:, None] * deviations).T @ deviations
 
 
-@dataclass(frozen=True)
-class Weights:
-    """Weights of the objective weight_range * range + weight_variance * scatter.
-
-    The scatter is the population variance [N2] for kind "paper", which is equation (31) as
-    published although it adds N to N2, and the standard deviation [N] for kind "newton".
-    """
-
-    weight_range: float
-    weight_variance: float
-    kind: Literal["paper", "newton"]
-
-    def weighted(self, variance: Any, sqrt: Callable[[Any], Any] = math.sqrt) -> Any:
-        """Return the weighted scatter of a variance [N2]: a float or, with a matching `sqrt`, a
-        symbol or array.
-        """
-        return self.weight_variance * (variance if self.kind == "paper" else sqrt(variance))
-
-    def spread(self, variance: float) -> tuple[float, float, float]:
-        """Return the weighted scatter and its first and second derivative in the variance [N2]."""
-        if self.kind == "paper":
-            return self.weighted(variance), self.weight_variance, 0.0
-        positive = max(variance, math.ulp(0.0))  # keeps the slope of the square root finite at 0
-        value = self.weighted(positive)
-        first = value / (2 * positive)
-        return value, first, -first / (2 * variance) if variance > 0 else 0.0
-
-    def value(self, range_N: float, variance: float) -> float:
-        """Return the objective of a range [N] and a variance [N2]."""
-        return self.weight_range * range_N + self.spread(variance)[0]
+def find_spread(weights: Weights, variance: float) -> tuple[float, float, float]:
+    """Return the weighted scatter and its first and second derivative in the variance [N2]."""
+    if weights.kind == "paper":
+        return weights.weighted(variance), weights.weight_variance, 0.0
+    positive = max(variance, math.ulp(0.0))  # keeps the slope of the square root finite at 0
+    value = weights.weighted(positive)
+    first = value / (2 * positive)
+    return value, first, -first / (2 * variance) if variance > 0 else 0.0
 
 
 class WeightedSum:
@@ -108,7 +85,7 @@ class WeightedSum:
     @cached_property
     def slope(self) -> Array:
         """Derivative of the sum in each sample, (n,)."""
-        slope = self.weights.spread(self.variance.value)[1] * self.variance.slope
+        slope = find_spread(self.weights, self.variance.value)[1] * self.variance.slope
         slope[self.samples.argmax()] += self.weights.weight_range
         slope[self.samples.argmin()] -= self.weights.weight_range
         return slope
@@ -123,7 +100,7 @@ class WeightedSum:
         `weighted_hessian` maps weights (n,) to the weighted sum (p, p) of the Hessians of the
         samples.
         """
-        _, first, second = self.weights.spread(self.variance.value)
+        _, first, second = find_spread(self.weights, self.variance.value)
         gradient = self.variance.gradient(slopes)
         total = weighted_hessian(self.slope) + first * self.variance.squared(slopes)
         return total + second * np.outer(gradient, gradient)
