@@ -68,7 +68,7 @@ def listed_members() -> Iterator[tuple[str, object]]:
             for name, item in entries
             if inspect.isclass(item) or inspect.isfunction(item)
         )
-    for name in set(planter.__all__) - {"__version__"}:
+    for name in sorted(set(planter.__all__) - {"__version__"}):
         item = getattr(planter, name)
         yield f"planter.{name}", item
         if inspect.isclass(item) and not issubclass(item, Exception):

@@ -146,8 +146,9 @@ class DeviceExtension(MachineExtension):
         return shown.describe_designer(summary)
 
     def draw_figures(self) -> Mapping[str, Figure]:
-        """Return the figure of the support force in both models."""
-        return shown.draw_forces(self.device, self.device.design)
+        """Return the support force in both models, the path of the tip, and the pitch curves."""
+        device = self.device
+        return shown.draw_forces(device, device.design) | shown.draw_motion(device, device.design)
 
     def animate(self) -> Iterator[MotionBlock]:
         """Yield the device over a cycle."""

@@ -33,13 +33,15 @@ from planter.planting.design_results import (
 from planter.planting.file import PlantingMachine
 from planter.planting.functions import MODELS
 from planter.planting.model import Device
-from planter.planting.objective import find_curve_angles
+from planter.planting.objective import evaluate_many, find_curve_angles, read_weights
+from planter.planting.report import figures
 from planter.planting.report.forces import draw_support_force
 from planter.planting.results import (
     Lifted,
     OptimisationFound,
     RequirementResult,
 )
+from planter.planting.toothed import locate_pitch_curves
 from planter.report import files
 from planter.report.folder import drop_file, write_file
 from planter.report.html import (
@@ -77,8 +79,19 @@ if TYPE_CHECKING:
 CAPTIONS = {
     "support_force": "Vertical force of the frame on sun and carrier over a cycle. Ticks below: angles at which a "
     "gear's pitch curve, the cam or the loaded tooth flank changes from one formula to the next.",
+    "tip_path": "Path of the nozzle's tip, side 1, with the nozzle at twelve carrier angles. Its outline is a sketch: "
+    "the machine file contains its length only. It opens out of the plane of the drawing.",
+    "pitch_curves": (
+        "Pitch curves in mesh. P and Q are the pitch points, where the teeth are assumed to touch."
+    ),
+    "convergence": "Best objective so far against evaluations: of the genetic algorithm (ga), of local searches from "
+    "points within the bounds (ipopt), of local searches from the best individuals of the genetic "
+    "algorithm (polish).",
+    "pareto": "Range against variance of the support force.",
     FIGURE: CAPTION,
 }
+CLOUD_SIZE = 300
+"""Random designs that are drawn beside a front."""
 MOTION_CAPTION = (
     "The device over a cycle, both sides, with the path of the tip. The width of the nozzle is a "
     "sketch: the machine "
@@ -120,7 +133,11 @@ def present_optimum(optimisation: Optimisation, device: Device) -> ResultPresent
         conclusion=f"{result.statement[0].upper()}{result.statement[1:]}.",
         key_figures=list(_list_optimum_figures(result)),
         motions=lambda: [animate(device, x, device.design)],
-        figures=lambda: draw_forces(device, x, device.design),
+        figures=lambda: {
+            **draw_forces(device, x, device.design),
+            **draw_motion(device, x, device.design),
+            **_draw_search(device, optimisation),
+        },
         tables=lambda: {"cycle.csv": device.columns(x, device.engine.list_angles(samples))},
         comments=_list_comments(device, x, optimum.seed),
         texts=lambda: {
@@ -555,6 +572,42 @@ def draw_forces(device: Device, x: Array, start: Array | None = None) -> dict[st
     breakpoints = _find_breakpoints(models["exact"], x)
     figure = draw_support_force(curves, device.weight, breakpoints, before)
     return {"support_force": figure}
+
+
+def draw_motion(device: Device, x: Array, start: Array | None = None) -> dict[str, Figure]:
+    """Draw the path of the tip and the pitch curves of a design x (p,) [SI], and of one before it."""
+    phi = device.engine.list_angles(device.machine.objective.samples)
+    columns = device.columns(x, phi)
+    columns_before = None if start is None else device.columns(start, phi)
+    required = device.machine.requirements
+    soil_mm = None if required is None else required.surface_mm(float(columns["tip_y_mm"].min()))
+    points_mm = [] if required is None else required.points_mm or []
+    curves = locate_pitch_curves(device, x)
+    curves_before = None if start is None else locate_pitch_curves(device, start)
+    return {
+        "tip_path": figures.draw_tip_path(columns, columns_before, soil_mm, points_mm),
+        "pitch_curves": figures.draw_pitch_curves(curves, curves_before),
+    }
+
+
+def _draw_search(device: Device, optimisation: Optimisation) -> dict[str, Figure]:
+    """Draw the best objective over the search, and the front beside random designs."""
+    plots = {"convergence": figures.draw_convergence(optimisation.optimum.history)}
+    result = optimisation.result
+    if not result.front:
+        return plots
+    shares = np.random.default_rng(optimisation.optimum.seed).random((CLOUD_SIZE, device.size))
+    cloud = evaluate_many(device, device.lower + shares * (device.upper - device.lower))
+    marks = {
+        "machine file": (result.start_range_N, result.start_variance_N2),
+        "optimum": (result.range_N, result.variance_N2),
+    }
+    points = [(point.range_N, point.variance_N2) for point in result.front]
+    points += zip(cloud.range_N.tolist(), cloud.variance_N2.tolist(), strict=True)
+    weights = read_weights(device.machine)
+    line = (weights.weight_range, weights.weight_variance) if weights.kind == "paper" else None
+    front = figures.draw_pareto(np.array([*points, *marks.values()]), marks, line)
+    return plots | {"pareto": front}
 
 
 def _compute_support(device: Device, x: Array) -> tuple[Array, Array]:
