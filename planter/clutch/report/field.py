@@ -13,6 +13,7 @@ from planter.clutch.results import FieldTest
 from planter.files import csv_rows
 from planter.report import style
 from planter.report.html import Section, Table, Text
+from planter.report.labels import format_name
 from planter.report.presentation import ResultPresentation
 from planter.version import __version__
 
@@ -109,7 +110,12 @@ def _list_sections(result: FieldTest, tables: Mapping[str, Table]) -> Iterator[S
     )
     if "comparison" in tables:
         note = "p: Welch's test of each difference"
-        yield Section("Comparison of clutches", [tables["comparison"], Text(note, "note")])
+        rows = [
+            (pair.speed_m_s, format_name(pair.measure), pair.reduction_percent, pair.p_value)
+            for pair in result.comparison
+        ]
+        table = Table(("speed / m/s", "measure", "reduction / %", "p"), rows)
+        yield Section("Comparison of clutches", [table, Text(note, "note")])
 
 
 def _draw_figures(evaluation: FieldEvaluation) -> dict[str, Figure]:
