@@ -78,13 +78,11 @@ def _load_dynamics(
 ) -> DynamicsModel | None:
     """Return the model of a mechanism that moves freely; None if an angle drives the machine."""
     from planter.dynamics.model import DynamicsModel
-    from planter.mechanism import file, machines
     from planter.mechanism.dynamics import Dynamics
+    from planter.mechanism.machines import find_free_motion
 
-    if not machines.takes(source):
-        return None
-    mechanism = file.load(source, parse_changes(set_))
-    if mechanism.is_driven:
+    mechanism = find_free_motion(source, parse_changes(set_))
+    if mechanism is None:
         return None
     refuse_unused(f"since {mechanism.name} moves freely", "--model", "--speed-rpm")
     return DynamicsModel(Dynamics(mechanism), inputs or (), stabilise)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from planter.errors import InputError
+from planter.mechanism.move_command import UNTIL, InputOption, show_motion
 from planter.report.writing import writes_files
 from planter.terminal.console import Console
 from planter.terminal.options import (
@@ -70,6 +71,8 @@ def simulate(
     module_mm: Annotated[
         float, typer.Option(min=0.1, max=20, help="module of the teeth that --lift lets slide")
     ] = 2.0,
+    until: Annotated[float | None, UNTIL] = None,
+    input_: InputOption = None,
     set_: SetOption = None,
     speed_rpm: SpeedOption = None,
     as_json: JsonOption = False,
@@ -77,12 +80,23 @@ def simulate(
 ) -> None:
     """Compute forces and motion of a machine over a cycle.
 
-    For your own mechanism: every quantity, works, and a check of the laws of mechanics.
+    For your own mechanism: every quantity, works, and a check of the laws of mechanics. What no
+    angle drives moves from its start --until a time, as `planter move` has it with more options.
     """
     console = Console(as_json)
     with console.outcome():
         if not lift:
             refuse_unused("without --lift", "--module-mm")
+        from planter.mechanism.machines import find_free_motion
+
+        if (mechanism := find_free_motion(machine, parse_changes(set_))) is not None:
+            cycle_options = ("--model", "--samples", "--at", "--lift", "--speed-rpm")
+            refuse_unused(f"since {mechanism.name} moves freely", *cycle_options)
+            if until is None:
+                raise InputError(f"{mechanism.name} moves freely: --until S says how long")
+            show_motion(console, mechanism, until, input_, out)
+            return
+        refuse_unused("since an angle drives the machine", "--until", "--input")
         from planter.mechanism.cycle import simulate_machine
         from planter.mechanism.presentation import present_cycle
 

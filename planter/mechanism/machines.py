@@ -49,6 +49,17 @@ def takes(source: str) -> bool:
         return False
 
 
+def find_free_motion(source: str, changes: Mapping[str, float]) -> MechanismFile | None:
+    """Return the file of a mechanism that moves freely; None for any other machine.
+
+    Raises InputError as the file does.
+    """
+    if not takes(source):
+        return None
+    mechanism = file.load(source, changes)
+    return None if mechanism.is_driven else mechanism
+
+
 def load(source: str, changes: Mapping[str, float]) -> Machine:
     """Return the machine of a mechanism's file.
 

@@ -381,8 +381,8 @@ class ComparisonFound(Record):
 
 
 COMMANDS = {
-    "simulate": PlantingCycleResult | MechanismCycleResult,
-    "turn": PlantingCycleResult | MechanismCycleResult,
+    "simulate": PlantingCycleResult | MechanismCycleResult | MotionResult,
+    "turn": PlantingCycleResult | MechanismCycleResult | MotionResult,
     "validate": PlantingValidation | MachineValidation,
     "calibrate": CalibrationFound | MeasuredFound | MeasuredPreview | ExplanationFound,
     "compare": ComparisonFound,

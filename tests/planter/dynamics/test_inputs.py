@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import jsonschema
 import numpy as np
 import pytest
 
@@ -13,7 +14,8 @@ from planter.mechanism.file import load
 from planter.mechanism.input_history import read_history
 from tests.planter.dynamics.statements import CART, RUBBING
 from tests.support import own
-from tests.support.cli import answer
+from tests.support.cli import answer, refusal
+from tests.support.schemas import load_schema
 
 MASS = 1.3
 """Of cart and bob together, whose centroid the push accelerates alone [kg]."""
@@ -76,3 +78,17 @@ def test_tables_that_cannot_be_meant_are_refused(tmp_path: Path, text: str, name
     file = load(find_file(CART), {})
     with pytest.raises(InputError, match=named):
         read_history(table, file)
+
+
+def test_simulate_takes_what_moves_freely(tmp_path: Path) -> None:
+    table = tmp_path / "push.csv"
+    table.write_text("t_s,F_N\n0,0\n1,2\n", encoding="utf-8")
+    path = str(find_file(CART))
+    words = "--until", "1", "--input", str(table)
+    result = answer("simulate", path, *words, "--out", str(tmp_path / "out"))
+    assert result == answer("move", path, *words)
+    jsonschema.validate(result, load_schema("simulate"))
+    assert (tmp_path / "out" / "values.csv").is_file()
+    assert "--until" in refusal("simulate", path)
+    assert "--samples" in refusal("simulate", path, "--until", "1", "--samples", "9")
+    assert "--until" in refusal("simulate", "wang2017", "--until", "1")
