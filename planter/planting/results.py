@@ -11,7 +11,11 @@ from planter.measured.findings import (
     MeasuredFound,
     MeasuredPreview,
 )
-from planter.mechanism.results import MachineValidation, MechanismCycleResult
+from planter.mechanism.results import (
+    MachineValidation,
+    MechanismCycleResult,
+    MotionResult,
+)
 from planter.optimise.proof.search import GlobalBound
 from planter.optimise.result import EvaluationCounts, OptimalityCertificate
 from planter.planting.design_results import DesignersSummary, ToothCountResult
