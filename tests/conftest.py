@@ -45,9 +45,11 @@ def _drawn_once() -> Iterator[None]:
     with `planter.report.style`.
     """
     blank = SimpleNamespace(
-        render_svg=style.render_svg,
-        render_png=lambda figure: b"\x89PNG".ljust(20_000),
-        render_pdf=lambda figure: b"%PDF".ljust(20_000),
+        render_figure=lambda figure: {
+            "svg": style.render_svg(figure),
+            "png": b"\x89PNG".ljust(20_000),
+            "pdf": b"%PDF".ljust(20_000),
+        }
     )
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(bundle, "style", blank)

@@ -61,7 +61,7 @@ READING = {
     "parallel/jobs.py": "answers of processes that this one started",
     "parallel/task.py": "a task, and its jobs, of the process that started this one",
     "planting/family_pairs.py": "an entry that this module wrote a moment before",
-    "planting/attainable_force.py": "a front of this program",
+    "planting/printed/attainable.py": "a front of this program",
     "terminal/process.py": "the null device",
     "view/animation.py": "an animation that was written a moment before",
     "studio/live.py": (
@@ -138,7 +138,6 @@ WRITING = {
     "kernels/programs.py": "a scratch folder",
     "kernels/toolchain.py": "a scratch folder",
     "interchange/co_simulation.py": "a scratch folder",
-    "planting/attainable_force.py": "a front of this program, while it is made",
     "studio/session.py": "a scratch folder",
     "sweeps/job.py": "a database that --overwrite replaces",
 }

@@ -141,6 +141,7 @@ class PlantingCycleResult(MechanismCycleResult):
     support_force: Statistics
     objective: float
     refined: TrueExtremes
+    designer: DesignersSummary | None = None
     requirements: list[RequirementResult] | None = None
     lifted: list[Lifted] | None = None
 
