@@ -8,7 +8,6 @@ import subprocess
 import sys
 import threading
 from collections.abc import Callable
-from pathlib import Path
 
 import matplotlib
 import numpy as np
@@ -20,7 +19,6 @@ from matplotlib.lines import Line2D
 from matplotlib.text import Text
 from matplotlib.transforms import Bbox
 
-from planter.errors import InputError
 from planter.planting.report import forces as figures
 from planter.report import style
 from tests.support.sampled import sampled
@@ -127,7 +125,9 @@ def test_the_same_data_give_the_same_bytes(name: str) -> None:
 def test_earlier_figures_have_no_influence() -> None:
     figure = FIGURES["support force"]()
     first = style.render_svg(figure)
-    assert style.render_png(figure) == style.render_png(FIGURES["support force"]())
+    assert (
+        style.render_figure(figure)["png"] == style.render_figure(FIGURES["support force"]())["png"]
+    )
     assert style.render_svg(figure) == first
 
 
@@ -172,25 +172,6 @@ def test_matplotlib_is_imported_by_the_first_figure() -> None:
         [sys.executable, "-c", script], capture_output=True, text=True, check=True
     )
     assert done.stdout.split() == ["False", "True", "False"]
-
-
-def test_both_files_are_saved(tmp_path: Path) -> None:
-    figure = FIGURES["support force"]()
-    assert style.save_figure(figure, tmp_path, "pitch") == style.render_svg(figure)
-    assert (tmp_path / "pitch.svg").read_text(encoding="utf-8") == style.render_svg(figure)
-    assert (tmp_path / "pitch.png").read_bytes().startswith(b"\x89PNG")
-    assert {path.name for path in tmp_path.iterdir()} == {
-        "pitch.svg",
-        "pitch.pdf",
-        "pitch.png",
-        ".planter.json",
-    }
-    assert (tmp_path / "pitch.pdf").read_bytes() == style.render_pdf(figure)
-
-
-def test_missing_folder_is_named(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="nowhere"):
-        style.save_figure(FIGURES["support force"](), tmp_path / "nowhere", "pitch")
 
 
 # --- forces
