@@ -9,7 +9,7 @@ from planter.records import Record
 
 @dataclass(frozen=True)
 class WrittenFiles(Record):
-    """`planter export c`: the files that were written."""
+    """`planter export c` and its like: the files that were written."""
 
     files: list[str]
 
@@ -54,6 +54,9 @@ class UnitWritten(Record):
 
 COMMANDS = {
     "export c": WrittenFiles,
+    "export casadi": WrittenFiles,
+    "export jax": WrittenFiles,
+    "export rust": WrittenFiles,
     "export fmu": UnitWritten,
     "export motion": MotionWritten,
 }
