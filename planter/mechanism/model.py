@@ -41,22 +41,20 @@ MOST_NAMED = 4
 
 
 class Model:
-    """A machine along its angle: all quantities by name, at its values or at others ``data`` (v,);
-        SI and radians.
+    """A machine along its angle: all quantities by name, at its values or at others ``data`` (v,); SI
+    and radians.
 
-        >>> from typing import TYPE_CHECKING, Any
-
-    import numpy as np
-        >>> from planter import load_mechanism
-        >>> machine = Model(load_mechanism("wang2017"))
-        >>> machine.speed == 40 * 2 * np.pi / 60
-        True
-        >>> np.degrees(machine.list_angles(4))
-        array([  0.,  90., 180., 270.])
-        >>> machine(np.radians([0.0, 90.0]))["x_tip"].round(4)
-        array([-0.1177, -0.1796])
-        >>> machine.results(np.radians([0.0, 90.0]))["tip_x_mm"].round(1)
-        array([-117.7, -179.6])
+    >>> import numpy as np
+    >>> from planter import load_mechanism
+    >>> machine = Model(load_mechanism("wang2017"))
+    >>> machine.speed == 40 * 2 * np.pi / 60
+    True
+    >>> np.degrees(machine.list_angles(4))
+    array([  0.,  90., 180., 270.])
+    >>> machine(np.radians([0.0, 90.0]))["x_tip"].round(4)
+    array([-0.1177, -0.1796])
+    >>> machine.results(np.radians([0.0, 90.0]))["tip_x_mm"].round(1)
+    array([-117.7, -179.6])
     """
 
     def __init__(self, machine: Machine, data: Array | None = None) -> None:
