@@ -302,7 +302,9 @@ class _Choice:
     """
 
     def __init__(self, dynamics: Dynamics, equations: MotionEquations, start: Array) -> None:
-        self.rows = find_independent_rows(dynamics.equations(0.0, start).slopes)
+        now = dynamics.equations(0.0, start)
+        self.rows = find_independent_rows(now.slopes)
+        self.weight = _find_weight(now.inertia, now.slopes[self.rows])
         self.balances = self.actions = np.empty(0, dtype=np.intp)
         self.undetermined: tuple[str, ...] = ()
         self.signs = np.empty(0)
@@ -326,6 +328,18 @@ class _Choice:
         matrix = reactions.build_rows(inputs)[0][0]
         self.balances = find_independent_rows(matrix)
         self.actions = find_independent_rows(matrix[self.balances].T)
+
+
+SINGULAR = 1e-9
+"""Share of the largest eigenvalue below which an inertia does not resist some motion."""
+
+
+def _find_weight(inertia: Array, slopes: Array) -> float:
+    """Return the weight of constraints (`ConstrainedFactor`): zero for an inertia that is regular."""
+    eigenvalues = np.linalg.eigvalsh((inertia + inertia.T) / 2)
+    if not len(slopes) or eigenvalues[0] > SINGULAR * eigenvalues[-1]:
+        return 0.0
+    return float(np.trace(inertia) / np.sum(slopes**2))
 
 
 def _stabilise(graphs: MotionGraphs, rate: float) -> ca.SX:
@@ -365,7 +379,11 @@ class _Motion:
             balances = (matrix @ self.actions + loads)[choice.balances.tolist()]
             self._residuals.append(ca.substitute(balances, equations.sizes, self.sizes))
         self._is_coupled = bool(r.numel()) and ca.depends_on(forces, r)
-        self._solve = self._couple() if self._is_coupled else self._separate(inertia, slopes)
+        self._solve = (
+            self._couple()
+            if self._is_coupled
+            else self._separate(ConstrainedFactor(inertia, slopes, choice.weight))
+        )
         zeros = {name: ca.SX.zeros(symbol.numel()) for name, symbol in self.symbols.items()}
         self.values = zeros
         self.values = self._solve([-self.substitute(part) for part in self._residuals])
@@ -380,9 +398,8 @@ class _Motion:
         symbols, values = ca.vertcat(*self.symbols.values()), ca.vertcat(*self.values.values())
         return ca.substitute(graph, symbols, values)
 
-    def _separate(self, inertia: ca.SX, slopes: ca.SX) -> Solver:
+    def _separate(self, motion: ConstrainedFactor) -> Solver:
         """Return the solution of the slopes of the residuals: motion first, actions from it."""
-        motion = ConstrainedFactor(inertia, slopes)
         self.pivot = motion.pivot
         balances = self._residuals[2:]
         a, r = self.symbols["a"], self.symbols["r"]

@@ -100,20 +100,25 @@ class ConstrainedFactor:
     once for many right-hand sides.
 
     `pivot` (1,) is the least pivot of the constraints over the largest: 1 without constraints, zero
-    where they depend on each other.
+    where they depend on each other. A `weight` adds it times slopes^T slopes to an inertia that does
+    not resist what constraints forbid, as of quaternions; what it adds the right-hand side takes
+    away again.
     """
 
-    def __init__(self, inertia: ca.SX, slopes: ca.SX) -> None:
-        self._slopes, self._mass = slopes, InertiaFactor(inertia)
+    def __init__(self, inertia: ca.SX, slopes: ca.SX, weight: float = 0.0) -> None:
+        self._slopes, self._weight = slopes, weight
+        added = weight * (slopes.T @ slopes) if weight else 0
+        self._mass = InertiaFactor(inertia + added)
         self._carried = self._mass.solve(slopes.T) if slopes.size1() else slopes.T
         self._coupling = InertiaFactor(slopes @ self._carried)
         self.pivot = self._coupling.pivot
 
     def solve(self, push: ca.SX, bend: ca.SX) -> tuple[ca.SX, ca.SX]:
         """Return x (k, m), y (c, m) of ``inertia x - slopes^T y = push`` and ``slopes x = bend``."""
-        free = self._mass.solve(push)
         if not self._slopes.size1():
-            return free, bend
+            return self._mass.solve(push), bend
+        added = self._weight * (self._slopes.T @ bend) if self._weight else 0
+        free = self._mass.solve(push + added)
         multipliers = self._coupling.solve(bend - self._slopes @ free)
         return free + self._carried @ multipliers, multipliers
 

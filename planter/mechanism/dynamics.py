@@ -24,9 +24,8 @@ from threadpoolctl import threadpool_limits
 from planter.errors import ComputationError, InputError, NotFiniteError
 from planter.kernels import Array, Kernel
 from planter.kernels.backends import defer_interrupt
-from planter.kernels.elimination import ConstrainedFactor
+from planter.kernels.elimination import InertiaFactor
 from planter.kernels.formulas import Formulas
-from planter.kernels.kernel import BoundKernel
 from planter.mechanism.file import MechanismFile
 from planter.mechanism.input_history import InputHistory
 from planter.mechanism.motion_equations import MotionEquations
@@ -34,12 +33,6 @@ from planter.progress import name_step
 
 RANK = 1e-9
 """Rows of the slopes that add less than this share of the first are redundant."""
-FIXED_ROWS = 1e-4
-"""Share of the first pivot of the rows that are kept, below which rows are chosen anew at each
-evaluation: well above the squares of PASSAGE, at which rows are left out.
-"""
-MISSED_BEND = 1e-6
-"""Rows that are left out follow from the others if these meet their bends to this share."""
 PASSAGE = 1e-3
 """Rows that fall below this share of the weakest one at the start are left out while a singular
 pose is passed.
@@ -165,8 +158,6 @@ class Dynamics:
             )
         self._stages = self.formulas.sidecar["functions"].keys()
         self.graphs = MotionEquations(self.formulas, self.history.place(self.data))
-        self._rows: tuple[int, ...] = ()
-        self._row_kernels: dict[tuple[int, ...], Kernel] = {}
 
     def data_at(self, times: Array | float) -> Array:
         """Return the values of the file [SI] at times (n,) [s], (d, n); at all times (d,) if none
@@ -464,74 +455,42 @@ class Dynamics:
     def _bind_accelerations(self, share: float) -> Callable[[float, Array], Array]:
         """Return the function (time, state) -> accelerations (k,) for many calls in this thread.
 
-        One call of a kernel solves for them, with the rows of constraints that are independent at
-        the first call. Where that choice does not hold, near a singular pose, and where friction
-        depends on reactions, they follow as in `accelerations`.
+        Where nothing constrains the motion, one call of a kernel solves for them.
         """
-        if self._is_rubbing:
+        if not self._is_free:
             return lambda time, state: self.accelerations(time, state, share)[0]
         now, at = np.zeros((1, 1)), np.zeros((2 * self.size, 1))
         inputs = np.zeros((self.history.symbols.numel(), 1))
-        solve: BoundKernel | None = None
-        least_pivot = 0.0
+        solved = self._free_kernel.bind(time=now, state=at, inputs=inputs)
 
         def accelerate(time: float, state: Array) -> Array:
-            nonlocal solve, least_pivot
             now[0, 0], at[:, 0], inputs[:, 0] = time, state, self.history.at(time)
-            if solve is None:
-                self._choose_rows(time, state, share)
-                solve = self._row_kernel.bind(time=now, state=at, inputs=inputs)
-                least_pivot = FIXED_ROWS * solve()["pivot"][0, 0]
-            with suppress(NotFiniteError):
-                solution = solve()
-                if (
-                    solution["pivot"][0, 0] >= least_pivot
-                    and solution["missed"][0, 0] < MISSED_BEND
-                ):
-                    return solution["accelerations"][:, 0]
-            return self.accelerations(time, state, share)[0]
+            return solved()["accelerations"][:, 0]
 
         return accelerate
 
-    @property
-    def _row_kernel(self) -> Kernel:
-        """Kernel (time, state, inputs) -> accelerations with the independent rows, their pivot, and
-        what the other rows miss their bends by, as a share of its terms.
-        """
-        if self._rows in self._row_kernels:
-            return self._row_kernels[self._rows]
-        graphs, parts, rows = self.graphs, self.graphs.graphs, list(map(int, self._rows))
-        dependent = [row for row in range(len(self.constraints)) if row not in rows]
-        factor = ConstrainedFactor(parts.inertia, parts.slopes[rows, :])
-        accelerations, _ = factor.solve(parts.forces, parts.bends[rows, :])
-        terms = ca.fabs(parts.slopes[dependent, :]) @ ca.fabs(accelerations)
-        sizes = terms + ca.fabs(parts.bends[dependent, :]) + LEAST_LOAD
-        missed = (
-            ca.fabs(parts.slopes[dependent, :] @ accelerations - parts.bends[dependent, :]) / sizes
-        )
-        outputs = {
-            "accelerations": ca.densify(accelerations),
-            "pivot": factor.pivot,
-            "missed": ca.mmax(ca.vertcat(0, missed)),
-        }
+    @cached_property
+    def _free_kernel(self) -> Kernel:
+        graphs = self.graphs
+        accelerations = InertiaFactor(graphs.graphs.inertia).solve(graphs.graphs.forces)
         symbols = [graphs.time, graphs.state, self.history.symbols]
         names = ["time", "state", "inputs"]
-        solved = ca.Function(
-            "solved", symbols, ca.cse(list(outputs.values())), names, list(outputs)
-        )
-        return self._row_kernels.setdefault(self._rows, Kernel(solved, names))
+        solved = ca.Function("free", symbols, [accelerations], names, ["accelerations"])
+        return Kernel(solved, names)
 
     def compile(self) -> None:
         """Compile what is evaluated most often, for many motions; results may change by
         rounding.
         """
-        if not self._is_rubbing:
-            if not self._rows:
-                self._choose_rows(0.0, self.find_start())
-            self._row_kernel.compile()
+        if self._is_free:
+            self._free_kernel.compile()
 
-    def _choose_rows(self, time: float, state: Array, share: float = RANK) -> None:
-        self._rows = tuple(find_independent_rows(self.equations(time, state).slopes, share))
+    @property
+    def _is_free(self) -> bool:
+        """Whether neither constraints nor friction of unknown forces make the accelerations depend
+        on reactions.
+        """
+        return not (self.constraints or self._is_rubbing)
 
     def dependent(self, state: Array, time: float = 0.0) -> list[str]:
         """Return the names of constraints that follow from one another in a state (2k,) [rad, m,
