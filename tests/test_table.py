@@ -735,6 +735,7 @@ WITHOUT_A_MACHINE = {
     "example",
     "help",
     "schema",
+    "linearise",
     "move",
     "pickup",
     "clutch",

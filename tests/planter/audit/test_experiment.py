@@ -23,7 +23,7 @@ def compute_lever_figures(lever_mm: float) -> list[float]:
     at = simulate(
         Device(load_machine("wang2017"), "exact"), at_deg=np.arange(0, 360, 0.5).tolist()
     ).result.at
-    force = np.array([row.support_N + row.M_L_Nm / (lever_mm * 1e-3) for row in at])
+    force = np.array([row["support_N"] + row["M_L_Nm"] / (lever_mm * 1e-3) for row in at])
     return [float(force.max()), float(force.min()), float(force.var())]
 
 

@@ -84,7 +84,7 @@ def test_unknown_names_are_refused_with_close_ones() -> None:
         machine("slider_crank").find_quantity("F_Oy_")
     with pytest.raises(InputError, match="did you mean"):
         machine("slider_crank").find_index("values.r_m")
-    with pytest.raises(InputError, match="no such machine"):
+    with pytest.raises(InputError, match="no such file"):
         load_machine("nowhere.toml")
 
 

@@ -262,9 +262,7 @@ SEARCH = (
     "--model",
     "printed",
     "--method",
-    "ipopt",
-    "--starts",
-    "1",
+    "ga",
     "--samples",
     "36",
 )

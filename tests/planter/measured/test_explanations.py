@@ -393,7 +393,7 @@ def test_command_explains_and_refuses(tmp_path: Path) -> None:
     assert "more than a million times" in result["statement"]
     page = (out / "report.html").read_text(encoding="utf-8")
     assert "below 1e" in page
-    assert page.count("enclosed F_Ox_N") == 1  # the key, in the table of the fits
+    assert "enclosed F_Ox_N" in page  # the key, in the table of the fits
     sentence = refusal("calibrate", "wang2017", "--explain")
     assert "--explain" in sentence
     assert "--data" in sentence

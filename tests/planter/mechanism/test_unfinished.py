@@ -119,7 +119,7 @@ def test_interrupted_front_keeps_the_optimum(
     source: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     out = tmp_path / "out"
-    monkeypatch.setattr(optimisation, "require_front", lambda problem: problem)
+    monkeypatch.setattr("planter.engine.front.require_front", lambda problem: problem)
     monkeypatch.setattr(optimisation, "with_front", stop_after(1))
     options = ("--least", "range s", "--front", "--starts", "1", "--out", str(out), "--json")
     code, standard, _ = run("optimise", source, *options)

@@ -183,7 +183,7 @@ def test_bad_points(points: str, part: str, tmp_path: Path) -> None:
 
 
 def test_missing_files_and_angles(tmp_path: Path) -> None:
-    assert "built-in TOML file for planter simulate" in refusal("wang2017")
+    assert "built-in TOML file for planter" in refusal("wang2017")
     config = by_path(tmp_path)
     (tmp_path / "points.csv").unlink()
     assert "points.csv: there is no such file" in refusal(config)
