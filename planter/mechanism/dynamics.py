@@ -28,7 +28,7 @@ from planter.kernels.elimination import InertiaFactor
 from planter.kernels.formulas import Formulas
 from planter.mechanism.file import MechanismFile
 from planter.mechanism.input_history import InputHistory
-from planter.mechanism.motion_equations import MotionEquations
+from planter.mechanism.motion_equations import MotionEquations, place_balances
 from planter.progress import name_step
 
 RANK = 1e-9
@@ -905,7 +905,7 @@ class Reactions:
     def __init__(self, formulas: Formulas) -> None:
         self.formulas = formulas
         self.names = [entry["name"] for entry in formulas.sidecar["vectors"]["actions"]]
-        self._places = [name.split("_", 2) for name in formulas.outputs("balances")]
+        self._places = place_balances(formulas.outputs("balances"), self.names)
 
     def solve(self, inputs: Mapping[str, object]) -> tuple[Array, tuple[str, ...]]:
         """Return reactions (u, n) of states, and the names of those that some pose leaves
@@ -943,15 +943,8 @@ class Reactions:
     def build_rows(self, inputs: Mapping[str, object]) -> tuple[Array, Array]:
         """Return slopes (n, rows, u) of the balances in the reactions, and the loads (n, rows)."""
         values = list(self.formulas("balances", **inputs).values())
-        rows = 1 + max(int(place[1]) for place in self._places)
-        columns = {name: j for j, name in enumerate(self.names)}
-        matrix, right = (
-            np.zeros((len(values[0]), rows, len(columns))),
-            np.zeros((len(values[0]), rows)),
-        )
-        for (kind, row, *action), value in zip(self._places, values, strict=True):
-            if kind == "held":
-                matrix[:, int(row), columns[action[0]]] = value
-            else:
-                right[:, int(row)] = value
-        return matrix, right
+        rows = 1 + max(row for row, _ in self._places)
+        matrix = np.zeros((len(values[0]), rows, len(self.names) + 1))
+        for (row, column), value in zip(self._places, values, strict=True):
+            matrix[:, row, column] = value
+        return matrix[:, :, :-1], matrix[:, :, -1]

@@ -76,18 +76,12 @@ class MotionEquations:
 
     def balances(self, accelerations: ca.SX) -> tuple[ca.SX, ca.SX]:
         """Return slopes (r, u) of the balances of all bodies in the actions, and loads (r, 1)."""
-        names = self.outputs("balances")
-        places = [name.split("_", 2) for name in names]
+        places = place_balances(self.outputs("balances"), self.actions)
         values = self.evaluate("balances", accelerations=accelerations)
-        count = 1 + max(int(place[1]) for place in places)
-        columns = {name: j for j, name in enumerate(self.actions)}
-        matrix, loads = ca.SX(count, len(columns)), ca.SX(count, 1)
-        for k, (kind, row, *action) in enumerate(places):
-            if kind == "held":
-                matrix[int(row), columns[action[0]]] = values[k]
-            else:
-                loads[int(row)] = values[k]
-        return matrix, loads
+        matrix = ca.SX(1 + max(row for row, _ in places), len(self.actions) + 1)
+        for k, (row, column) in enumerate(places):
+            matrix[row, column] = values[k]
+        return matrix[:, :-1], matrix[:, -1]
 
     def evaluate(self, stage: str, **inputs: ca.SX) -> ca.SX:
         """Return the outputs of a stage, a column, of the symbols and of other inputs by name."""
@@ -107,3 +101,15 @@ class MotionEquations:
         for k, name in enumerate(self.outputs(stage)):
             matrix[places[name]] = values[k]
         return matrix
+
+
+def place_balances(outputs: Sequence[str], actions: Sequence[str]) -> list[tuple[int, int]]:
+    """Return row and column of each output of the balances: of ``held_i_u`` row i in the column of
+    action u, of the load ``pushed_i`` row i in the column after the actions.
+    """
+    columns = {name: j for j, name in enumerate(actions)}
+    places = []
+    for output in outputs:
+        _, row, *action = output.split("_", 2)
+        places.append((int(row), columns[action[0]] if action else len(columns)))
+    return places
