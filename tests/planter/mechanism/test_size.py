@@ -215,9 +215,9 @@ def test_noisy_accelerations_would_be_noticed() -> None:
     """A tampered case: CasADi's own solution of the same equations loses the digits that count."""
     pin = pytest.importorskip("pinocchio")
     tree, rng = build_tree(LINKS), np.random.default_rng(1)
-    moment, state, sizes = chain().function.sx_in()
-    inertia, forces, *_ = chain().function(moment, state, sizes)
-    solved = ca.Function("noisy", [moment, state], [ca.solve(inertia, forces)])
+    inputs = chain().function.sx_in()
+    inertia, forces, *_ = chain().function(*inputs)
+    solved = ca.Function("noisy", inputs[:2], [ca.solve(inertia, forces)])
     q, rates = rng.uniform(-np.pi, np.pi, LINKS), rng.normal(size=LINKS)
     expected = pin.aba(tree, tree.createData(), q, rates, np.zeros(LINKS))
     error = np.abs(np.asarray(solved(0.0, np.r_[q, rates]))[:, 0] - expected).max()
