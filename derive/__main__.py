@@ -142,7 +142,7 @@ def _score_corpus(arguments: argparse.Namespace) -> int:
     """Write the scores on a corpus."""
     import json
 
-    from .texts.benchmark import run_benchmark
+    from .audit.texts.benchmark import run_benchmark
 
     result = run_benchmark(Path(arguments.what), arguments.slips, arguments.seed, arguments.answers)
     content = {"benchmark.json": json.dumps(result, indent=1) + "\n"}

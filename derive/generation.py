@@ -8,7 +8,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from types import ModuleType
 
-from . import gearing, papers, systems
+from . import papers
 from .audit.verdicts import FILES, find_cases, judge_cases
 from .discovery import (
     GROUPS,
@@ -19,9 +19,10 @@ from .discovery import (
     load_user_modules,
 )
 from .emit.folder import Target, built_in, render_texts, select_targets
-from .gearing.families import FAMILIES
-from .gearing.pitch_curve import PitchCurve
 from .generated_folder import OwnError, blame_user_file
+from .mechanics import gearing
+from .mechanics.gearing.families import FAMILIES
+from .mechanics.gearing.pitch_curve import PitchCurve
 from .model import System
 
 NOTHING = (
@@ -37,9 +38,7 @@ def derive_code(names: Collection[str] = ()) -> dict[str, str]:
     """
     targets = _chosen(built_in(), names)
     return render_texts(
-        derive_models(
-            (*import_modules(gearing), *import_modules(systems), *import_modules(papers))
-        ),
+        derive_models((*import_modules(gearing), *import_modules(papers))),
         FAMILIES.values(),
         targets,
     )
@@ -90,7 +89,7 @@ def _derive_robot(path: Path, targets: Sequence[Target]) -> dict[str, str]:
 
 
 TRIAL = """\
-from derive.texts.trial import read_trial
+from derive.audit.texts.trial import read_trial
 
 CASE = read_trial({text!r}, {against!r}, {names!r})
 """
@@ -104,7 +103,7 @@ def derive_text(text: Path, against: Path, names: Path | None = None) -> dict[st
 
     Raises OwnError for a text, a file of names or a mechanism that cannot be used.
     """
-    from .texts.trial import format_skeleton
+    from .audit.texts.trial import format_skeleton
 
     paths = [str(path.resolve()) if path is not None else None for path in (text, against, names)]
     with TemporaryDirectory() as folder:

@@ -6,6 +6,7 @@ Its import finds the targets, so that from then on the names that they need are 
 from __future__ import annotations
 
 from .audit.paper import Paper
+from .audit.user_mechanism.trial import trial
 from .chain import Chain, ChainError, Solve, ordered
 from .emit.expression import Dialect, Printer
 from .emit.folder import Target, built_in
@@ -13,8 +14,6 @@ from .emit.text import Emitted
 from .equations import Balance, Equation, loop, what
 from .formulas import Formulas
 from .functions import clip, switch, wrap
-from .gearing.pairs import GearTable, RollingPair, gear_pair, read_gear_pair
-from .gearing.pitch_curve import Condition, PitchCurve, Shape, register
 from .mechanics.bodies import Body, Part, about_pin
 from .mechanics.contacts import GearContact, SharedContact, SlidingContact, tangent_angle
 from .mechanics.driven_motion import Sides
@@ -32,6 +31,8 @@ from .mechanics.frames import (
     unit,
     zero,
 )
+from .mechanics.gearing.pairs import GearTable, RollingPair, gear_pair, read_gear_pair
+from .mechanics.gearing.pitch_curve import Condition, PitchCurve, Shape, register
 from .mechanics.impact import Impact, ImpactLaw, creeping, dahl
 from .mechanics.kinematics import Followed, FollowerLaw, GearStage
 from .mechanics.mechanism import Mechanism
@@ -45,7 +46,6 @@ from .mechanics.release import (
 )
 from .model import Call, ClosedForm, Event, Lane, Let, RuntimeFunction, Shared, System, needed
 from .quantity import OpenVector, Quantities, Quantity, Vector, quantities
-from .systems.user_mechanism.trial import trial
 from .tables import read_table
 
 built_in()

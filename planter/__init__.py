@@ -14,12 +14,6 @@ from planter.version import __version__
 
 if TYPE_CHECKING:
     from planter.audit.verdicts import audit as audit_papers
-    from planter.clutch.field import evaluate_field, plan_field
-    from planter.clutch.file import load_clutch
-    from planter.clutch.geometry import compute_geometry as clutch_geometry
-    from planter.clutch.modal_engagement import evaluate_engagement as engage_clutch
-    from planter.clutch.sizing import optimise_clutch, size_clutch
-    from planter.dynamics.model import load_dynamics
     from planter.engine.machine import load_machine as load_mechanism
     from planter.engine.outputs import OutputBatch
     from planter.errors import (
@@ -29,11 +23,8 @@ if TYPE_CHECKING:
         Interrupted,
         PlanterError,
     )
+    from planter.files.record import Record
     from planter.kernels import CallError, Kernel
-    from planter.mapping.curve import load_curve
-    from planter.mapping.file import load_poses
-    from planter.mapping.synthesis import synthesise
-    from planter.mapping.train import build_training as train
     from planter.measured.posterior import Posterior, load_posterior
     from planter.measured.reading import Columns
     from planter.mechanism.cycle import simulate_machine as simulate
@@ -41,17 +32,26 @@ if TYPE_CHECKING:
     from planter.mechanism.model import MechanismCycle as Simulation
     from planter.mechanism.optimisation import compute_objective_sensitivity as sensitivity
     from planter.mechanism.optimisation import optimise_machine as optimise_machine
-    from planter.pickup.analysis import analyse_pickup as pick_up
-    from planter.planting.calibration import calibrate
-    from planter.planting.family_comparison import compare_families
-    from planter.planting.file import load as load_machine
-    from planter.planting.model import Device
-    from planter.planting.objective import Batch, evaluate_many
-    from planter.planting.objective import CycleObjective as Turns
-    from planter.planting.optimisation import Optimisation
-    from planter.planting.optimisation import optimise as optimise_device
-    from planter.records import Record
-    from planter.view.animation import show
+    from planter.mechanism.state_space.model import load_dynamics
+    from planter.papers.clutch.field import evaluate_field, plan_field
+    from planter.papers.clutch.file import load_clutch
+    from planter.papers.clutch.geometry import compute_geometry as clutch_geometry
+    from planter.papers.clutch.modal_engagement import evaluate_engagement as engage_clutch
+    from planter.papers.clutch.sizing import optimise_clutch, size_clutch
+    from planter.papers.mapping.curve import load_curve
+    from planter.papers.mapping.file import load_poses
+    from planter.papers.mapping.synthesis import synthesise
+    from planter.papers.mapping.train import build_training as train
+    from planter.papers.pickup.analysis import analyse_pickup as pick_up
+    from planter.papers.planting.calibration import calibrate
+    from planter.papers.planting.family_comparison import compare_families
+    from planter.papers.planting.file import load as load_machine
+    from planter.papers.planting.model import Device
+    from planter.papers.planting.objective import Batch, evaluate_many
+    from planter.papers.planting.objective import CycleObjective as Turns
+    from planter.papers.planting.optimisation import Optimisation
+    from planter.papers.planting.optimisation import optimise as optimise_device
+    from planter.report.animation import show
 
 __all__ = [
     "Batch",
@@ -101,20 +101,20 @@ __all__ = [
 
 _HOMES = {
     "audit.verdicts": ("audit_papers:audit",),
-    "clutch.modal_engagement": ("engage_clutch:evaluate_engagement",),
-    "clutch.field": ("evaluate_field", "plan_field"),
-    "clutch.file": ("load_clutch",),
-    "clutch.geometry": ("clutch_geometry:compute_geometry",),
-    "clutch.sizing": ("optimise_clutch", "size_clutch"),
-    "dynamics.model": ("load_dynamics",),
+    "papers.clutch.modal_engagement": ("engage_clutch:evaluate_engagement",),
+    "papers.clutch.field": ("evaluate_field", "plan_field"),
+    "papers.clutch.file": ("load_clutch",),
+    "papers.clutch.geometry": ("clutch_geometry:compute_geometry",),
+    "papers.clutch.sizing": ("optimise_clutch", "size_clutch"),
+    "mechanism.state_space.model": ("load_dynamics",),
     "engine.outputs": ("OutputBatch",),
     "engine.machine": ("load_mechanism:load_machine",),
     "errors": ("ComputationError", "GeometryError", "InputError", "Interrupted", "PlanterError"),
     "kernels": ("CallError", "Kernel"),
-    "mapping.curve": ("load_curve",),
-    "mapping.file": ("load_poses",),
-    "mapping.synthesis": ("synthesise",),
-    "mapping.train": ("train:build_training",),
+    "papers.mapping.curve": ("load_curve",),
+    "papers.mapping.file": ("load_poses",),
+    "papers.mapping.synthesis": ("synthesise",),
+    "papers.mapping.train": ("train:build_training",),
     "measured.posterior": ("Posterior", "load_posterior"),
     "measured.reading": ("Columns",),
     "mechanism.cycle": (
@@ -123,15 +123,15 @@ _HOMES = {
     ),
     "mechanism.model": ("Simulation:MechanismCycle",),
     "mechanism.optimisation": ("optimise_machine", "sensitivity:compute_objective_sensitivity"),
-    "pickup.analysis": ("pick_up:analyse_pickup",),
-    "planting.family_comparison": ("compare_families",),
-    "planting.calibration": ("calibrate",),
-    "planting.file": ("load_machine:load",),
-    "planting.model": ("Device",),
-    "planting.objective": ("Batch", "Turns:CycleObjective", "evaluate_many"),
-    "planting.optimisation": ("Optimisation", "optimise_device:optimise"),
-    "records": ("Record",),
-    "view.animation": ("show",),
+    "papers.pickup.analysis": ("pick_up:analyse_pickup",),
+    "papers.planting.family_comparison": ("compare_families",),
+    "papers.planting.calibration": ("calibrate",),
+    "papers.planting.file": ("load_machine:load",),
+    "papers.planting.model": ("Device",),
+    "papers.planting.objective": ("Batch", "Turns:CycleObjective", "evaluate_many"),
+    "papers.planting.optimisation": ("Optimisation", "optimise_device:optimise"),
+    "files.record": ("Record",),
+    "report.animation": ("show",),
 }
 """Names by the module that they stand in, with their own name there where it is another."""
 

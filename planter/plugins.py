@@ -25,12 +25,20 @@ package.
 
 @cache
 def find_packages() -> dict[str, str]:
-    """Return full package names by short name: the packages of this project, then the installed
-    ones.
+    """Return full package names by short name: the rooms of this project and the packages in them,
+    then the installed ones.
     """
-    modules = pkgutil.iter_modules([str(Path(__file__).parent)])
-    internal = {module.name: f"planter.{module.name}" for module in modules if module.ispkg}
+    root = Path(__file__).parent
+    rooms = _list_packages(root)
+    inner = {name: f"{room}.{name}" for room in rooms for name in _list_packages(root / room)}
+    internal = {
+        name: f"{__package__}.{place}" for name, place in ({r: r for r in rooms} | inner).items()
+    }
     return internal | {entry.name: entry.value for entry in sorted(entry_points(group=GROUP))}
+
+
+def _list_packages(folder: Path) -> list[str]:
+    return [module.name for module in pkgutil.iter_modules([str(folder)]) if module.ispkg]
 
 
 def load_modules(name: str) -> Iterator[ModuleType]:

@@ -1,7 +1,7 @@
 """How the tests evaluate: by CasADi's virtual machine, alike on every machine, unless they ask for
 compiled functions.
 
-That all ways give the same is tested by itself, in `planter/kernels` and `planter/planting`.
+That all ways give the same is tested by itself, in `planter/kernels` and `planter/papers/planting`.
 """
 
 import gc

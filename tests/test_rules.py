@@ -1,6 +1,6 @@
 """Rules over the syntax of the sources, each with modules that may break it, and why.
 
-Files and texts of users come in by `planter.files.text`, results go out by `planter.report.folder`;
+Files and texts of users come in by `planter.text_files`, results go out by `planter.report.folder`;
 mechanics is derived, not typed; no determinant or linear system is solved by expansion.
 """
 
@@ -14,7 +14,6 @@ from pathlib import Path
 import pytest
 
 from derive.emit.targets import array, casadi
-from planter import plugins
 from planter.kernels import generated
 from tests.support.structure import ROOT
 
@@ -42,13 +41,13 @@ READERS = {
 PARSERS = {"tomllib", "json", "np", "numpy", "pickle", "yaml", "pandas", "io", "os", "shutil"}
 """Modules whose `load`, `loads` and `open` read: a method of that name of something else does not."""
 READING = {
-    "files/text.py": "the door",
+    "text_files.py": "the door",
     "audit/numbers.py": "printed numbers of installed rooms",
-    "bench/tasks.py": "copies this program itself",
+    "cli/bench/tasks.py": "copies this program itself",
     "cli/commands.py": "references of installed packages, topics of this program",
     "report/folder.py": "the lock of a folder, opened without following links",
     "files/examples.py": "files that installed rooms bring",
-    "interchange/co_simulation.py": (
+    "exports/co_simulation.py": (
         "files of this program, a library that was compiled a moment before"
     ),
     "kernels/builds.py": "/proc of processes that compile",
@@ -56,14 +55,14 @@ READING = {
     "kernels/programs.py": "a program that was compiled a moment before",
     "kernels/toolchain.py": "compiled functions, opened without following links, /proc/cpuinfo",
     "mechanism/printed.py": "a table that this module wrote as text a moment before",
-    "optimise/proof/certificate_file.py": "a document that this module built a moment before",
-    "optimise/proof/check_proof.py": "the proof that it checks, as a program of its own",
-    "parallel/jobs.py": "answers of processes that this one started",
-    "parallel/task.py": "a task, and its jobs, of the process that started this one",
-    "planting/family_pairs.py": "an entry that this module wrote a moment before",
-    "planting/printed/attainable.py": "a front of this program",
-    "terminal/process.py": "the null device",
-    "view/animation.py": "an animation that was written a moment before",
+    "engine/proof/certificate_file.py": "a document that this module built a moment before",
+    "engine/proof/check_proof.py": "the proof that it checks, as a program of its own",
+    "jobs.py": "answers of processes that this one started",
+    "task.py": "a task, and its jobs, of the process that started this one",
+    "papers/planting/family_pairs.py": "an entry that this module wrote a moment before",
+    "papers/planting/printed/attainable.py": "a front of this program",
+    "report/process.py": "the null device",
+    "report/animation.py": "an animation that was written a moment before",
     "studio/live.py": (
         "answers of a process that this one started, and what commands of this program printed"
     ),
@@ -103,7 +102,7 @@ def _is_a_reader(node: ast.Attribute) -> bool:
         )
     if node.attr in ("load", "loads"):
         return isinstance(node.value, ast.Name) and node.value.id in PARSERS
-    return not (isinstance(node.value, ast.Name) and node.value.id == "text")
+    return not (isinstance(node.value, ast.Name) and node.value.id == "text_files")
 
 
 def _is_packaged(node: ast.expr) -> bool:
@@ -137,9 +136,9 @@ WRITING = {
     "kernels/builds.py": "folders of the cache",
     "kernels/programs.py": "a scratch folder",
     "kernels/toolchain.py": "a scratch folder",
-    "interchange/co_simulation.py": "a scratch folder",
+    "exports/co_simulation.py": "a scratch folder",
     "studio/session.py": "a scratch folder",
-    "sweeps/job.py": "a database that --overwrite replaces",
+    "rows/sweeps/job.py": "a database that --overwrite replaces",
 }
 """Modules that write something, and what."""
 
@@ -175,34 +174,34 @@ ANGLES = {
 DRAWN = {"report", "scene", "figures", "printed"}
 """Folders and modules of figures and scenes, which draw, and of what papers print."""
 BY_HAND = {
-    "clutch/contact_simulation.py": "where a search starts",
-    "clutch/geometry.py": "direction of a line through two generated points",
-    "clutch/machines.py": (
+    "papers/clutch/contact_simulation.py": "where a search starts",
+    "papers/clutch/geometry.py": "direction of a line through two generated points",
+    "papers/clutch/machines.py": (
         "lift of the link along the crank's angle, compared with the generated model in its test"
     ),
-    "clutch/rotor.py": (
+    "papers/clutch/rotor.py": (
         "normals of a polygon's sides in a linear programme; the outline that is drawn"
     ),
-    "gear_geometry/trimming.py": "points and directions on circles",
-    "gear_geometry/pitch_curves.py": "how steep a curve of a table is, to refuse it",
-    "mapping/dyads.py": "poses as points of a linear system, directions to search in",
-    "mapping/linkage.py": "roots of the generated closed loop, intervals between them",
-    "mapping/machines.py": (
+    "gears/geometry/trimming.py": "points and directions on circles",
+    "gears/geometry/pitch_curves.py": "how steep a curve of a table is, to refuse it",
+    "papers/mapping/dyads.py": "poses as points of a linear system, directions to search in",
+    "papers/mapping/linkage.py": "roots of the generated closed loop, intervals between them",
+    "papers/mapping/machines.py": (
         "the closed-form loop of a linkage, compared with the synthesis in its test"
     ),
-    "mapping/model.py": "angle of a generated vector",
-    "mapping/nearest.py": "angles of given poses",
-    "mapping/synthesis.py": "angles of given poses",
-    "pickup/file.py": "whether a law that a user hands in goes forward",
-    "pickup/inverse.py": "directions of given points",
-    "pickup/law.py": "a law of motion that a user chooses, between its joints",
-    "planting/proof.py": "sines of enclosures, of the series that is generated",
-    "planting/toothed.py": "directions of generated points",
-    "planting/labelled.py": "directions and arcs of a drawing",
-    "planting/lifted.py": (
+    "papers/mapping/model.py": "angle of a generated vector",
+    "papers/mapping/nearest.py": "angles of given poses",
+    "papers/mapping/synthesis.py": "angles of given poses",
+    "papers/pickup/file.py": "whether a law that a user hands in goes forward",
+    "papers/pickup/inverse.py": "directions of given points",
+    "papers/pickup/law.py": "a law of motion that a user chooses, between its joints",
+    "papers/planting/proof.py": "sines of enclosures, of the series that is generated",
+    "papers/planting/toothed.py": "directions of generated points",
+    "papers/planting/labelled.py": "directions and arcs of a drawing",
+    "papers/planting/lifted.py": (
         "how far from the pitch point teeth are let touch, an input of the lifted model"
     ),
-    "planting/browser_programs.py": (
+    "papers/planting/browser_programs.py": (
         "points of a generated outline as the planet holds them, for a drawing"
     ),
 }
@@ -242,11 +241,11 @@ SYMBOLS = {"det", "inv", "LUsolve", "cramer_solve", "adjugate", "cofactor", "min
 """Methods of SymPy's matrices whose results grow without bounds."""
 SOLVERS_OF_NUMBERS = ("np.linalg", "scipy.linalg")
 EXPANDING = {
-    "derive/systems/clutch/geometry.py": "a conic, 3 x 3",
-    "derive/systems/clutch/rotor.py": "two vectors in a plane",
-    "derive/systems/user_mechanism/subject.py": "two simultaneous equations at most",
+    "derive/papers/clutch/geometry.py": "a conic, 3 x 3",
+    "derive/papers/clutch/rotor.py": "two vectors in a plane",
+    "derive/audit/user_mechanism/subject.py": "two simultaneous equations at most",
     "derive/mechanics/free_motion.py": "accelerations in symbols, which somebody asks for",
-    "planter/optimise/proof/check_proof.py": "numbers with error bounds",
+    "planter/engine/proof/check_proof.py": "numbers with error bounds",
 }
 """Modules with small matrices of symbols, or of numbers."""
 
@@ -266,8 +265,8 @@ def find_expansions(tree: ast.AST) -> Iterator[str]:
 def list_machine_modules() -> Iterator[Path]:
     """Yield modules of machines and of gears, without those that draw or hold what papers print."""
     folder = ROOT / "planter"
-    for package in (*sorted(plugins.find_folders("examples")), "gear_geometry"):
-        for path in sorted((folder / package).rglob("*.py")):
+    for room in ("papers", "gears/geometry"):
+        for path in sorted((folder / room).rglob("*.py")):
             if not DRAWN & set(path.relative_to(folder).with_suffix("").parts):
                 yield path
 
@@ -314,7 +313,7 @@ RULES = {
         ),
         (
             "resources.files(__package__).joinpath('x').read_text()",
-            "text.read_text(path)",
+            "text_files.read_text(path)",
             "read_text(path)",
             "json.dumps(x)",
             "kind.open(source)",

@@ -1,5 +1,6 @@
 """The structure: no import cycles, layers, general packages without machines, banned interfaces."""
 
+import itertools
 import subprocess
 import sys
 from pathlib import Path
@@ -11,38 +12,27 @@ from tests.support import structure
 from tests.support.structure import FOUNDATION, ROOT, ImportGraph, read_imports
 
 MACHINES = sorted(plugins.find_folders("examples"))
-GENERAL = (
-    (FOUNDATION,),
-    ("parallel", "records"),
-    ("files",),
-    ("kernels", "terminal"),
-    ("numerics", "report"),
-    ("gear_geometry", "optimise", "audit", "view", "workshop", "interchange"),
-    ("engine",),
-    ("gears", "measured", "sweeps"),
-    ("tolerance",),
-    ("explain", "mechanism"),
-    ("dynamics",),
-    ("exports",),
-)
-"""Packages that do not depend on a machine, the lowest layer first; above them are the machines and
-what uses them.
-"""
-DERIVATION = (
-    (FOUNDATION,),
-    ("audit", "mechanics"),
-    ("gearing",),
-    ("emit", "systems"),
-    ("papers", "texts"),
-)
+LAYERS = {
+    "planter": (
+        (FOUNDATION,),
+        ("files", "kernels"),
+        ("numerics", "report"),
+        ("audit", "engine", "gears", "studio"),
+        ("measured", "rows"),
+        ("mechanism",),
+        ("exports", "papers"),
+        ("cli",),
+    ),
+    "derive": (
+        (FOUNDATION,),
+        ("mechanics",),
+        ("audit", "emit"),
+        ("papers",),
+    ),
+}
+"""Packages, the lowest layer first. All below the papers know no machine of a paper."""
 MACHINE_PARTS = ("file", "model", "results", "commands", "printed", "examples")
 """What the package of every machine has, as a module, a package or a folder."""
-
-
-def list_layers(graph: ImportGraph) -> list[list[str]]:
-    """Return all packages by layers: the general ones, the machines, and what is above."""
-    listed = {package for layer in GENERAL for package in layer} | set(MACHINES)
-    return [*map(list, GENERAL), MACHINES, sorted(graph.packages.keys() - listed)]
 
 
 def build_graph(folder: Path, texts: dict[str, str]) -> ImportGraph:
@@ -59,10 +49,11 @@ def test_modules_have_no_import_cycles(package: str) -> None:
     assert not read_imports(package).find_cycle()
 
 
-def test_packages_import_only_from_lower_layers() -> None:
-    planter = read_imports("planter")
-    assert not planter.list_upward_imports(list_layers(planter))
-    assert not read_imports("derive").list_upward_imports(DERIVATION)
+@pytest.mark.parametrize("package", LAYERS)
+def test_packages_import_only_from_lower_layers(package: str) -> None:
+    imports = read_imports(package)
+    assert imports.packages.keys() == set(itertools.chain(*LAYERS[package]))
+    assert not imports.list_upward_imports(LAYERS[package])
 
 
 def test_modules_do_not_import_the_public_interface() -> None:
@@ -70,16 +61,21 @@ def test_modules_do_not_import_the_public_interface() -> None:
     assert not [module for module, imported in imports.items() if "planter" in imported]
 
 
-def test_layers_list_existing_packages() -> None:
-    assert {package for layer in GENERAL for package in layer} <= read_imports(
-        "planter"
-    ).packages.keys()
-    assert MACHINES == ["clutch", "mapping", "pickup", "planting"]
+def test_the_papers_machines_do_not_import_each_other() -> None:
+    for module, imported in read_imports("planter").imports.items():
+        room, _, package = module.partition(".papers.")
+        own = f"{room}.papers.{package.partition('.')[0]}"
+        if package:
+            assert not [
+                name
+                for name in imported
+                if ".papers." in name and not f"{name}.".startswith(f"{own}.")
+            ]
 
 
 @pytest.mark.parametrize("machine", MACHINES)
 def test_machines_have_the_same_parts(machine: str) -> None:
-    folder = ROOT / "planter" / machine
+    folder = ROOT / "planter" / "papers" / machine
     assert not [
         part
         for part in MACHINE_PARTS
@@ -92,9 +88,13 @@ def test_root_has_only_the_interface_and_the_foundation() -> None:
         "__init__",
         "__main__",
         "errors",
-        "safe_text",
+        "jobs",
+        "paths",
         "plugins",
         "progress",
+        "safe_text",
+        "task",
+        "text_files",
         "version",
         "workers",
     }

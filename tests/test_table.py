@@ -23,18 +23,18 @@ from PIL import Image, ImageSequence
 from scipy.optimize import minimize_scalar
 
 from derive.emit.folder import built_in, render_texts
-from derive.systems.clutch import model as clutch
-from derive.systems.mapping import model as mapping
-from derive.systems.pickup import model as pickup
-from derive.systems.planting import derivation
+from derive.papers.clutch import model as clutch
+from derive.papers.mapping import model as mapping
+from derive.papers.pickup import model as pickup
+from derive.papers.planting import derivation
 from planter.cli.app import build_application
 from planter.engine.machine import Machine, load_machine
+from planter.exports import co_simulation
 from planter.files import examples, units
-from planter.interchange import co_simulation
 from planter.kernels import Array
 from planter.mechanism import labelled
-from planter.view.sheet import Length
-from planter.view.subject import Movable, open_machine
+from planter.report.sheet import Length
+from planter.report.subject import Movable, open_machine
 from tests.planter.exports.exported import Library
 from tests.support import own
 from tests.support.cli import answer, run

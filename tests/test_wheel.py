@@ -43,13 +43,13 @@ def test_wheel_contains_generated_code_and_derivation(wheel: Path) -> None:
     names = set(zipfile.ZipFile(wheel).namelist())
     assert {"planter/generated/planting_exact.py", "planter/generated/planting_exact.json"} <= names
     assert {
-        "planter/planting/examples/wang2017.toml",
+        "planter/papers/planting/examples/wang2017.toml",
         "planter/exports/machine.c",
         "planter/py.typed",
     } <= names
     assert {
         "derive/__main__.py",
-        "derive/systems/planting/derivation.py",
+        "derive/papers/planting/derivation.py",
         "derive/papers/wang2017.py",
     } <= names
     assert not [name for name in names if name.startswith(("generated/", "tests/"))]

@@ -11,8 +11,8 @@ from typing import Any
 import sympy as sp
 
 from ..discovery import import_modules, list_offers
-from ..gearing.pitch_curve import PitchCurve, length_parameters, scale_invariants
 from ..mechanics.driven_motion import DrivenLane
+from ..mechanics.gearing.pitch_curve import PitchCurve, length_parameters, scale_invariants
 from ..model import Event, System
 from ..quantity import OpenVector, Quantity, Vector, refuse_name, reserve
 from . import targets

@@ -9,8 +9,8 @@ from functools import cached_property
 
 import sympy as sp
 
-from ..gearing import pitch_curve as pc
-from ..gearing.pitch_curve import Condition, PitchCurve
+from ..mechanics.gearing import pitch_curve as pc
+from ..mechanics.gearing.pitch_curve import Condition, PitchCurve
 from ..model import (
     Call,
     ClosedForm,

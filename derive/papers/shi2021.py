@@ -29,9 +29,9 @@ from ..audit.case import Case
 from ..audit.paper import Paper, Reading
 from ..equations import Definition
 from ..model import System
-from ..systems.clutch import model, motion
-from ..systems.clutch.quantities import *
-from ..systems.clutch.subject import SUBJECT
+from .clutch import model, motion
+from .clutch.quantities import *
+from .clutch.subject import SUBJECT
 
 PAPER = Paper("shi2021", "Shi et al. 2021, doi:10.6041/j.issn.1000-1298.2021.02.006", place=2)
 

@@ -14,8 +14,8 @@ from sympy import Abs, Integer, S, pi
 from ..audit.case import Case
 from ..audit.paper import Paper, Reading
 from ..equations import Claimed
-from ..systems.mapping.quantities import *
-from ..systems.mapping.subject import SUBJECT
+from .mapping.quantities import *
+from .mapping.subject import SUBJECT
 
 PAPER = Paper("sun2019", "Sun and Wang 2019, Chinese patent CN107654585B", place=4)
 

@@ -17,9 +17,9 @@ from ..audit.paper import Paper, Reading
 from ..chain import Chain, Solve
 from ..equations import Balance, Definition
 from ..model import System
-from ..systems.planting import derivation, variants
-from ..systems.planting.quantities import *
-from ..systems.planting.subject import SUBJECT
+from .planting import derivation, variants
+from .planting.quantities import *
+from .planting.subject import SUBJECT
 
 PAPER = Paper("wang2017", "Wang et al. 2017, doi:10.6041/j.issn.1000-1298.2017.01.006", place=1)
 

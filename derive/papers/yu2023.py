@@ -14,8 +14,8 @@ from sympy import Integer, S, asin, atan, cos, pi, sin
 from ..audit.case import Case
 from ..audit.paper import Paper, Reading
 from ..equations import Claimed
-from ..systems.pickup.quantities import *
-from ..systems.pickup.subject import SUBJECT
+from .pickup.quantities import *
+from .pickup.subject import SUBJECT
 
 PAPER = Paper(
     "yu2023", "Yu, Wang, Liu, Ye, Li, Zhao 2023, dense-planting seedling pick-up mechanism", place=3

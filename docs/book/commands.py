@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 
 from planter.cli.app import build_application
 from planter.cli.commands import list_topics
-from planter.records import schema
+from planter.files import schema
 
 LINES = 20
 """How much of what a call prints is shown."""

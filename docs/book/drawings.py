@@ -7,10 +7,10 @@ from functools import cache
 from pathlib import Path
 
 from book.keys import cell
-from planter.explain.machine import draw_sheets, explain_machine
-from planter.explain.results import ExplainedMachine, Meaning
+from planter.cli.explain.machine import draw_sheets, explain_machine
+from planter.cli.explain.results import ExplainedMachine, Meaning
 from planter.report import style
-from planter.view.sheet import Sheet, draw_figure
+from planter.report.sheet import Sheet, draw_figure
 
 MACHINES = {
     "Planting device": "wang2017",

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
-from derive.texts.benchmark import CorpusText, read_corpus
+from derive.audit.texts.benchmark import CorpusText, read_corpus
 
 CORPUS = Path(__file__).parents[2] / "tests" / "papers" / "corpus"
 HEAD = """\

@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planter import Device, load_machine, simulate
-from planter.gear_geometry.cutting import ToothOrder, cut_teeth
-from planter.gear_geometry.pitch_curves import build_circle_pair
-from planter.gear_geometry.polygons import build_polygon
-from planter.planting.toothed import locate_pitch_curves
+from planter.gears.geometry.cutting import ToothOrder, cut_teeth
+from planter.gears.geometry.pitch_curves import build_circle_pair
+from planter.gears.geometry.polygons import build_polygon
+from planter.papers.planting.toothed import locate_pitch_curves
 from planter.report import style
-from planter.view.scene import Body, Outline, Scene
-from planter.view.sheet import Length, Sheet, draw_figure
+from planter.report.scene import Body, Outline, Scene
+from planter.report.sheet import Length, Sheet, draw_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -13,10 +13,10 @@ import shapely
 
 from derive.__main__ import main as derive
 from planter.kernels import Array
+from planter.report.picture import format_steps
+from planter.report.scene import Scene
 from planter.report.style import BLUE, PALETTE, SOFT
-from planter.view.picture import format_steps
-from planter.view.scene import Scene
-from planter.view.subject import first_scene, open_machine
+from planter.report.subject import first_scene, open_machine
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 WIDTH, HEIGHT, MARGIN = 160.0, 120.0, 6.0

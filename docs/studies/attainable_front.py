@@ -26,11 +26,11 @@ import numpy as np
 import scipy
 
 from planter.kernels import Array, generated
-from planter.planting import functions
-from planter.planting.file import PlantingMachine, load
-from planter.planting.model import Device
-from planter.planting.printed import attainable
-from planter.planting.unpublished_inputs import (
+from planter.papers.planting import functions
+from planter.papers.planting.file import PlantingMachine, load
+from planter.papers.planting.model import Device
+from planter.papers.planting.printed import attainable
+from planter.papers.planting.unpublished_inputs import (
     PUSH_MARGIN,
     SEARCH_UNIT,
     CalibrationForce,

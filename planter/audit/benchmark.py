@@ -13,9 +13,9 @@ from typing import Any
 from planter.audit.results import AuditBenchmark, CheckerScore
 from planter.errors import InputError
 from planter.files.derivation import BENCHMARK, score_corpus
-from planter.files.text import read_json
 from planter.report.html import Block, Cell, Section, Table, Text
 from planter.report.presentation import ResultPresentation
+from planter.text_files import read_json
 from planter.version import __version__
 
 CORPUS = Path("tests/papers/corpus")

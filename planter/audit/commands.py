@@ -9,9 +9,9 @@ from typing import Annotated, Any
 import typer
 
 from planter.errors import InputError
+from planter.report.console import Console
+from planter.report.options import JsonOption, OutOption, list_allowed, refuse_unused
 from planter.report.writing import writes_files
-from planter.terminal.console import Console
-from planter.terminal.options import JsonOption, OutOption, list_allowed, refuse_unused
 
 app = typer.Typer()
 

@@ -32,7 +32,7 @@ import scipy
 from planter import plugins
 from planter.audit.registry import FORMULAS, Computation, Inputs, Rounded, half_place
 from planter.errors import ComputationError, PlanterError
-from planter.files.text import parse_toml
+from planter.text_files import parse_toml
 
 MIN_NUMBERS = 3
 """Smallest number of printed numbers that a sign error must explain; fewer may agree by chance."""

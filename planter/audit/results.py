@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from planter.records import Record
+from planter.files.record import Record
 
 
 @dataclass(frozen=True)

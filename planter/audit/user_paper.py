@@ -20,11 +20,10 @@ from pydantic import (
     WrapValidator,
 )
 
-from planter import plugins
+from planter import paths, plugins
 from planter.audit import numbers, verdicts
 from planter.audit.registry import Rounded
 from planter.errors import InputError
-from planter.files import paths
 from planter.files.derivation import GENERATED, derive_file, judge_text
 from planter.files.fields import (
     FileSection,
@@ -38,10 +37,10 @@ from planter.files.fields import (
     invalid_value_problem,
     missing_value_problem,
 )
-from planter.files.text import read_bytes, read_json, read_toml
 from planter.report import files
 from planter.report.folder import NAME as LIST
 from planter.report.folder import keep_file
+from planter.text_files import read_bytes, read_json, read_toml
 
 MEASURE = "measure of a mechanism"
 """Name of the formula that computes a question."""

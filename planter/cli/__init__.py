@@ -8,7 +8,7 @@ from __future__ import annotations
 import os
 import sys
 
-from planter.terminal import process
+from planter.report import process
 
 
 def main() -> None:
@@ -25,9 +25,9 @@ def main() -> None:
 
 
 def _ended() -> int:
-    from planter.files.text import check_arguments
-    from planter.terminal import process
-    from planter.terminal.console import Console
+    from planter.report import process
+    from planter.report.console import Console
+    from planter.text_files import check_arguments
 
     process.take_any_text()
     try:

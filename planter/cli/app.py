@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from planter import plugins
-from planter.terminal.options import join_applications, record_options
+from planter.report.options import join_applications, record_options
 from planter.version import __version__
 
 

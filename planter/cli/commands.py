@@ -14,7 +14,7 @@ from typing import Annotated
 
 import typer
 
-from planter import plugins
+from planter import paths, plugins
 from planter.cli.results import (
     Citable,
     Citations,
@@ -27,12 +27,12 @@ from planter.cli.results import (
     Topics,
 )
 from planter.errors import InputError
-from planter.files import derivation, examples, paths
-from planter.files.text import parse_toml
+from planter.files import derivation, examples
+from planter.report.console import Console
 from planter.report.folder import NAME
+from planter.report.options import JsonOption, list_allowed, refuse_unused
 from planter.report.writing import OverwriteOption
-from planter.terminal.console import Console
-from planter.terminal.options import JsonOption, list_allowed, refuse_unused
+from planter.text_files import parse_toml
 from planter.version import __version__
 
 FILE = "references.toml"
@@ -212,8 +212,8 @@ def schema(
     """List the commands with a JSON schema, or print one schema."""
     console = Console(as_json)
     with console.outcome():
-        from planter.files import paths
-        from planter.records import schema as schemas
+        from planter import paths
+        from planter.files import schema as schemas
 
         kinds, name = schemas.load_result_types(), " ".join(command or ())
         if not name:
@@ -240,7 +240,7 @@ def list_topics() -> list[str]:
 
 def read_topic(topic: str) -> str:
     """Return the page of a topic. Raises InputError for an unknown name."""
-    from planter.files import paths
+    from planter import paths
 
     allowed = list_topics()
     if topic not in allowed:
@@ -328,7 +328,7 @@ def check_proof(
     """
     console = Console(as_json)
     with console.outcome():
-        from planter.optimise.proof.certificate_file import check_document, read_document
+        from planter.engine.proof.certificate_file import check_document, read_document
 
         result = check_document(read_document(file))
         console.result(result, lambda: print(result.describe()))

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from planter.optimise.proof.proof_check import ProofCheck
-from planter.records import Record
+from planter.engine.proof.proof_check import ProofCheck
+from planter.files.record import Record
 
 
 @dataclass(frozen=True)

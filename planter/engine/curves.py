@@ -15,8 +15,8 @@ import numpy as np
 from planter.engine.machine import Machine, Quantity
 from planter.engine.measures import MeasureCondition
 from planter.engine.response import DesignPoint, MachineResponse
+from planter.engine.solvers.response import BreakpointEvent
 from planter.kernels import Array
-from planter.optimise.response import BreakpointEvent
 
 CLOSED = 1e-6
 """Share of its range by which a quantity may differ after a turn: loops are closed to less."""

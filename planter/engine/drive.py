@@ -22,11 +22,11 @@ from planter.engine.machine import Machine
 from planter.engine.response import MachineResponse
 from planter.errors import ComputationError, InputError
 from planter.files import units
+from planter.files.record import Record
 from planter.kernels import Array, Kernel
 from planter.kernels.elimination import solve_system
 from planter.numerics.arrays import TURN, to_degrees
 from planter.numerics.extrema import index_first_extremum
-from planter.records import Record
 
 STEPS = 4
 """Newton steps to an acceleration: the balance is a line on each side of the places where friction

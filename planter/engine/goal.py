@@ -1,7 +1,7 @@
 """Sums of measures of a machine, and limits on them, as functions of its design: what a search
 minimises and satisfies.
 
-Every measure has one definition, of `planter.optimise.continuous_cycle`: extremes of the curve
+Every measure has one definition, of `planter.engine.solvers.continuous_cycle`: extremes of the curve
 wherever they are, and integrals between all angles at which it is not smooth. Samples are taken
 where they are asked for.
 """
@@ -19,16 +19,16 @@ from planter.engine.curves import QuantityCurves
 from planter.engine.machine import Machine
 from planter.engine.measures import WITHOUT_SIZE, Kind, Limit, Measure, MeasureCondition
 from planter.engine.nodes import NodeMeasure
+from planter.engine.solvers.curve_sum import CurveJump, CurveSide, CurveStatistic, CurveSum
+from planter.engine.solvers.cycle_panels import PanelCache
+from planter.engine.solvers.joined import JoinedObjective, ObjectivePart
+from planter.engine.solvers.objective import evaluate_summary, find_gradient
+from planter.engine.solvers.range_variance import CurveSumObjective, Sampling, find_spreads
 from planter.errors import InputError
 from planter.files import units
 from planter.files.units import Unit, parse_unit
 from planter.kernels import Array
 from planter.numerics.statistics import SMOOTH
-from planter.optimise.curve_sum import CurveJump, CurveSide, CurveStatistic, CurveSum
-from planter.optimise.cycle_panels import PanelCache
-from planter.optimise.joined import JoinedObjective, ObjectivePart
-from planter.optimise.objective import evaluate_summary, find_gradient
-from planter.optimise.range_variance import CurveSumObjective, Sampling, find_spreads
 
 EXTREMES: Mapping[Kind, tuple[int, ...]] = {"max": (1,), "min": (-1,), "range": (1, -1)}
 """Sides of a curve whose extremes a measure is of: +1 for the greatest value, -1 for the least."""

@@ -10,11 +10,11 @@ import numpy as np
 
 from planter.engine.goal import Goal, find_display_unit
 from planter.engine.measures import Limit
-from planter.kernels import Array
-from planter.numerics.arrays import Integers, LastCallCache
-from planter.optimise.constraints import Constraints, NamedConstraint
-from planter.optimise.joined import JoinedObjective
-from planter.optimise.objective import LocalModel, evaluate_summary, find_gradient
+from planter.engine.solvers.constraints import Constraints, NamedConstraint
+from planter.engine.solvers.joined import JoinedObjective
+from planter.engine.solvers.objective import LocalModel, evaluate_summary, find_gradient
+from planter.kernels import Array, Integers
+from planter.numerics.arrays import LastCallCache
 
 PAIRED_SHARE = 0.25
 """Peaks and valleys this near to the extremes, in spreads, are paired for a limit on a range."""

@@ -15,9 +15,8 @@ import casadi as ca
 import numpy as np
 
 from planter.errors import ComputationError
-from planter.kernels import Array, Kernel
+from planter.kernels import Array, Flags, Integers, Kernel
 from planter.kernels.elimination import solve_system
-from planter.numerics.arrays import Flags, Integers
 from planter.progress import name_step
 
 VECTOR = 8

@@ -17,20 +17,21 @@ from typing import TYPE_CHECKING, Any, Literal
 import casadi as ca
 import numpy as np
 
+from planter import paths
 from planter.engine.loops import KinematicLoops
 from planter.engine.measures import Limit, Measure, PointDistance, parse_distance
 from planter.engine.piecewise import build_clearance, build_distance, build_separation, read_curve
 from planter.errors import InputError
-from planter.files import examples, paths, units
+from planter.files import examples, units
 from planter.files.kinds import find_kind, load_part
 from planter.files.spelling import find_spelled, list_spellings
 from planter.kernels import Array, Kernel
 
 if TYPE_CHECKING:
+    from planter.engine.solvers.constraints import Constraints
+    from planter.engine.solvers.range_variance import Sampling
+    from planter.engine.solvers.sections import GeneticAlgorithm
     from planter.files.document import Document
-    from planter.optimise.constraints import Constraints
-    from planter.optimise.range_variance import Sampling
-    from planter.optimise.sections import GeneticAlgorithm
 
 Role = Literal["result", "law", "pivot", "states", "place", "distance", "size"]
 """What a quantity is: a result, the residual of a law, the least pivot of an elimination, a number

@@ -41,8 +41,8 @@ from pathlib import Path
 from typing import Literal, Never
 
 from planter.errors import InputError
-from planter.files.text import is_file
 from planter.files.units import parse_unit
+from planter.text_files import is_file
 
 Kind = Literal["max", "min", "range", "mean", "variance", "std", "rms", "work", "jump", "at", "all"]
 KINDS: tuple[Kind, ...] = ("max", "min", "range", "mean", "variance", "std", "rms", "work", "jump")

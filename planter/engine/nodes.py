@@ -17,16 +17,16 @@ import numpy as np
 from planter.engine.machine import Machine
 from planter.engine.measures import Extremum, Measure
 from planter.engine.response import DesignPoint, MachineResponse
-from planter.errors import ComputationError
-from planter.kernels import Array
-from planter.numerics import extrema, roots
-from planter.numerics.arrays import Integers, LastCallCache
-from planter.optimise.objective import (
+from planter.engine.solvers.objective import (
     BreakpointHold,
     Conditions,
     ObjectiveSummary,
     find_tops,
 )
+from planter.errors import ComputationError
+from planter.kernels import Array, Integers
+from planter.numerics import extrema, roots
+from planter.numerics.arrays import LastCallCache
 
 SCANNED = 360
 """Samples of a cycle among which anchors are looked for, at least."""

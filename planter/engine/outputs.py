@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planter import paths
 from planter.engine.cycles import Cycles, CycleTerm, build_cycles
 from planter.engine.goal import Goal, find_display_unit, resolve_measure
 from planter.engine.machine import Machine, Quantity
@@ -23,10 +24,10 @@ from planter.engine.response import MachineResponse
 from planter.engine.rows import MachineRows, SampleBlock
 from planter.engine.true_rows import KINDS, TrueRows
 from planter.errors import ComputationError, InputError
-from planter.files import paths, units
+from planter.files import units
+from planter.files.record import build_frame
 from planter.kernels import Array, CallError
 from planter.progress import Listener, ProgressPhase
-from planter.records.record import build_frame
 
 if TYPE_CHECKING:
     from pandas import DataFrame

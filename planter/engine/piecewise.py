@@ -22,9 +22,9 @@ import numpy as np
 
 from planter.errors import InputError
 from planter.files import csv_rows, units
-from planter.files.text import read_text
 from planter.files.units import parse_unit
 from planter.kernels import Array
+from planter.text_files import read_text
 
 DISTANCE_EPS = 1e-12
 """Regularises d at zero, where it has no derivative: sqrt(d^2 + eps^2) [m]."""

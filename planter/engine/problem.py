@@ -13,11 +13,11 @@ from planter.engine.limits import MeasureLimits
 from planter.engine.machine import Machine
 from planter.engine.measures import Limit, Measure
 from planter.engine.outputs import OBJECTIVE, SampledOutputs
+from planter.engine.solvers.constraints import Constraints, DesignBox, join_constraints
+from planter.engine.solvers.problem import MAX_VIOLATION, Problem
+from planter.engine.solvers.range_variance import Sampling
 from planter.errors import InputError
 from planter.kernels import Array
-from planter.optimise.constraints import Constraints, DesignBox, join_constraints
-from planter.optimise.problem import MAX_VIOLATION, Problem
-from planter.optimise.range_variance import Sampling
 
 
 class DesignProblem(Problem):

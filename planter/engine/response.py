@@ -18,8 +18,7 @@ import numpy as np
 from planter.engine.loops import KinematicLoops, LoopCoordinates
 from planter.engine.machine import LEAST_PIVOT, Machine, Quantity
 from planter.errors import ComputationError, NotFiniteError
-from planter.kernels import Array, Kernel
-from planter.numerics.arrays import Flags, Integers
+from planter.kernels import Array, Flags, Integers, Kernel
 from planter.numerics.piecewise import ONE_SIDED_OFFSET
 from planter.progress import name_step
 

@@ -16,9 +16,8 @@ import numpy as np
 from planter.engine.loops import TURN, VECTOR
 from planter.engine.machine import LEAST_PIVOT, Machine
 from planter.engine.response import INPUTS, MachineResponse
-from planter.kernels import Array, Kernel
+from planter.kernels import Array, Flags, Integers, Kernel
 from planter.kernels.kernel import StackedKernel
-from planter.numerics.arrays import Flags, Integers
 from planter.numerics.piecewise import ONE_SIDED_OFFSET
 
 MEMORY = 1 << 22

@@ -12,16 +12,16 @@ import numpy as np
 from planter import errors
 from planter.engine.goal import find_display_unit
 from planter.engine.problem import DesignProblem
+from planter.engine.solvers.constraints import FEASIBILITY_TOLERANCE
+from planter.engine.solvers.local_search import DEFAULT_STARTS, Descent, SearchRecord, run_search
+from planter.engine.solvers.optimiser import METHODS, GeneticSettings, Method, OptimiserRun
+from planter.engine.solvers.range_variance import Sampling
+from planter.engine.solvers.result import NoFeasiblePointError, OptimiserResult
+from planter.engine.solvers.sections import DEFAULT_GENETIC
 from planter.errors import ComputationError, InputError
 from planter.kernels import Array
-from planter.optimise.constraints import FEASIBILITY_TOLERANCE
-from planter.optimise.local_search import DEFAULT_STARTS, Descent, SearchRecord, run_search
-from planter.optimise.optimiser import METHODS, GeneticSettings, Method, OptimiserRun
-from planter.optimise.range_variance import Sampling
-from planter.optimise.result import NoFeasiblePointError, OptimiserResult
-from planter.optimise.sections import DEFAULT_GENETIC
-from planter.parallel.task import AUTO, Means, Task
 from planter.progress import Listener, Progress
+from planter.task import AUTO, Means, Task
 
 INTERVAL_S = 1.0
 """Time between two designs that an unfinished search hands over, while it goes from step to

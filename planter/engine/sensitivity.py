@@ -14,14 +14,14 @@ from planter.engine.goal import Goal
 from planter.engine.machine import Machine
 from planter.engine.measures import Measure, format_sum
 from planter.engine.response import MachineResponse
-from planter.errors import InputError
-from planter.kernels import Array
-from planter.optimise.range_variance import (
+from planter.engine.solvers.range_variance import (
     WEIGHT_TOLERANCE,
     InsensitiveDirections,
     find_insensitive,
 )
-from planter.records import Record
+from planter.errors import InputError
+from planter.files.record import Record
+from planter.kernels import Array
 
 Direction = list[dict[str, float]]
 """Weights of values, in parts of their widths."""

@@ -17,14 +17,14 @@ import numpy as np
 from planter.engine.curves import QuantityCurves
 from planter.engine.machine import Machine, Quantity, Vector
 from planter.engine.response import MachineResponse
+from planter.engine.solvers.response import list_breakpoints
 from planter.files import units
+from planter.files.record import Record
 from planter.kernels import Array
 from planter.numerics.arrays import TURN, to_degrees
 from planter.numerics.extrema import ExtremePoint
 from planter.numerics.piecewise import PiecewiseFunctions
-from planter.optimise.response import list_breakpoints
 from planter.progress import name_step
-from planter.records import Record
 
 ROUNDING = 1e-9
 """A jump or a peak below this share of the largest value over the cycle is rounding."""

@@ -19,10 +19,9 @@ from planter.engine.response import INPUTS
 from planter.engine.rows import ClosedRows, MachineRows
 from planter.engine.summary import CycleRow, PiecewiseCycle
 from planter.errors import ComputationError
-from planter.kernels import Array, Kernel
+from planter.kernels import Array, Flags, Integers, Kernel
 from planter.kernels.kernel import StackedKernel
 from planter.numerics import piecewise
-from planter.numerics.arrays import Flags, Integers
 from planter.numerics.piecewise import MERGED_DISTANCE, NODES
 from planter.numerics.roots import Crossings, FunctionWithSlope, locate_crossings
 

@@ -9,10 +9,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from planter.interchange.motion_formats import MotionFormat, describe_motion_formats
-from planter.report.writing import writes_files
-from planter.terminal.console import Console
-from planter.terminal.options import (
+from planter.report.console import Console
+from planter.report.motion_formats import MotionFormat, describe_motion_formats
+from planter.report.options import (
     JsonOption,
     MachineArgument,
     ModelName,
@@ -22,10 +21,11 @@ from planter.terminal.options import (
     parse_changes,
     refuse_unused,
 )
+from planter.report.writing import writes_files
 
 if TYPE_CHECKING:
-    from planter.dynamics.model import DynamicsModel
     from planter.engine.machine import Machine
+    from planter.mechanism.state_space.model import DynamicsModel
 
 export = typer.Typer(
     help="Write a machine for other programs: C, FMI, tables.\n\n"
@@ -77,9 +77,9 @@ def _load_dynamics(
     set_: Sequence[str] | None,
 ) -> DynamicsModel | None:
     """Return the model of a mechanism that moves freely; None if an angle drives the machine."""
-    from planter.dynamics.model import DynamicsModel
     from planter.mechanism.dynamics import Dynamics
     from planter.mechanism.machines import find_free_motion
+    from planter.mechanism.state_space.model import DynamicsModel
 
     mechanism = find_free_motion(source, parse_changes(set_))
     if mechanism is None:
@@ -258,9 +258,9 @@ def motion(
     """Write motions and forces over time as tables in a format of `MotionFormat`."""
     console = Console(as_json)
     with console.outcome():
+        from planter.exports.motion_tables import FORMATS
         from planter.exports.quantities import build_motion
         from planter.exports.results import MotionWritten
-        from planter.interchange.motion_tables import FORMATS
         from planter.report.files import write_all
 
         motion_ = build_motion(_load(machine, model, set_, speed_rpm), turns, samples)

@@ -7,7 +7,6 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import casadi as ca
 
-from planter.dynamics.model import DynamicsModel, DynamicsVariable
 from planter.exports.c99 import (
     join_numbers,
     list_lines,
@@ -16,6 +15,7 @@ from planter.exports.c99 import (
     to_plain,
     wrap_comment,
 )
+from planter.mechanism.state_space.model import DynamicsModel, DynamicsVariable
 from planter.version import __version__
 
 FUNCTIONS = {

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import casadi as ca
 
-from planter.dynamics.model import DynamicsModel, DynamicsVariable
 from planter.exports.dynamics_c import build_name
+from planter.mechanism.state_space.model import DynamicsModel, DynamicsVariable
 from planter.version import __version__
 
 FUNCTIONS = ("f", "f_jacobian", "y", "y_jacobian", "curvature")

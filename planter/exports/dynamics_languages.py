@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 import casadi as ca
 
-from planter.dynamics.model import DynamicsModel, DynamicsVariable
 from planter.exports.dynamics_c import FUNCTIONS, build_name, densify_by_rows
 from planter.kernels.lane_graph import ArrayElement, Assignment, LaneGraph, ScalarOperation
+from planter.mechanism.state_space.model import DynamicsModel, DynamicsVariable
 from planter.version import __version__
 
 _SELECT = re.compile(r"\(?([^\s(]+ (?:[<>]=?|[!=]=) [^\s)]+) \? (\S+) : ([^\s)]+)\)?")

@@ -11,12 +11,12 @@ from pathlib import Path
 
 import numpy as np
 
-from planter.dynamics.model import DynamicsModel, DynamicsVariable
 from planter.exports import dynamics_c
 from planter.exports.c99 import read_template
+from planter.exports.co_simulation import EXCHANGE, MAIN, Causality, UnitModel, Variable
 from planter.exports.fmu import pack_unit
 from planter.exports.results import UnitWritten
-from planter.interchange.co_simulation import EXCHANGE, MAIN, Causality, UnitModel, Variable
+from planter.mechanism.state_space.model import DynamicsModel, DynamicsVariable
 from planter.version import __version__
 
 PERIOD, STEPS = 1.0, 500

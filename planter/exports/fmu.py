@@ -14,20 +14,19 @@ from typing import TYPE_CHECKING, Any
 
 from planter.engine.machine import Machine, Value
 from planter.errors import InputError
-from planter.exports import c99, quantities
+from planter.exports import c99, co_simulation, quantities
 from planter.exports.c99 import quote_strings, read_template
+from planter.exports.co_simulation import MAIN, UnitModel, Variable, Version
 from planter.exports.quantities import SideQuantity
 from planter.exports.results import MissingLibrary, UnitWritten
 from planter.files import units
-from planter.interchange import co_simulation
-from planter.interchange.co_simulation import MAIN, UnitModel, Variable, Version
 from planter.kernels.compiler import CompilerError
 from planter.report.files import output_folder, write_bytes
 from planter.report.folder import check_files
 from planter.version import __version__
 
 if TYPE_CHECKING:
-    from planter.terminal.console import Console
+    from planter.report.console import Console
 
 DEGREES: dict[str, Any] = {"display_unit": "deg", "factor": units.unit_factor("phi_deg")}
 RESERVED = ("speed", "phi_start", "phi", "time")

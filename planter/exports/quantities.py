@@ -19,8 +19,8 @@ from planter.engine.machine import Machine, Quantity, check_samples
 from planter.engine.measures import Measure, format_sum, parse_distance
 from planter.engine.response import INPUTS, MachineResponse
 from planter.errors import InputError
+from planter.exports.motion_tables import Column, MotionTable
 from planter.files import units
-from planter.interchange.motion_tables import Column, MotionTable
 from planter.kernels import Array, Kernel
 
 STATISTICS = ("high", "low", "mean", "variance")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from planter.records import Record
+from planter.files.record import Record
 
 
 @dataclass(frozen=True)

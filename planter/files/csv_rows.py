@@ -20,7 +20,7 @@ from pydantic import Field
 from planter import safe_text
 from planter.errors import InputError
 from planter.files.fields import Positive, Real, value_error
-from planter.files.text import read_text
+from planter.text_files import read_text
 
 LARGEST = 1e100
 """Default limit of the size of numbers, whose squares stay finite."""

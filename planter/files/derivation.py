@@ -7,8 +7,8 @@ from pathlib import Path
 
 from planter import workers
 from planter.errors import ComputationError, InputError
-from planter.files.text import check_regular
 from planter.progress import name_step
+from planter.text_files import check_regular
 
 GENERATED = "generated"
 BENCHMARK = "benchmark.json"

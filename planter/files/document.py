@@ -16,9 +16,9 @@ from pydantic import (
     field_validator,
 )
 
-from planter import safe_text
+from planter import paths, safe_text
 from planter.errors import InputError
-from planter.files import examples, paths, units
+from planter.files import examples, units
 from planter.files.fields import (
     OWN,
     SET,
@@ -35,8 +35,8 @@ from planter.files.fields import (
     raise_problems,
     value_error,
 )
-from planter.files.paths import Location
-from planter.files.text import parse_toml
+from planter.paths import Location
+from planter.text_files import parse_toml
 
 
 def format_lines(table: Mapping[str, Any], notes: Mapping[str, str]) -> Iterator[str]:

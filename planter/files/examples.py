@@ -11,10 +11,9 @@ from importlib.resources.abc import Traversable
 from pathlib import Path
 from typing import Any, Literal
 
-from planter import plugins, safe_text
+from planter import paths, plugins, safe_text
 from planter.errors import InputError
-from planter.files import paths
-from planter.files.text import parse_toml, read_text, read_toml
+from planter.text_files import parse_toml, read_text, read_toml
 
 Suffix = Literal[".toml", ".csv"]
 SUFFIXES: tuple[Suffix, ...] = (".toml", ".csv")

@@ -19,10 +19,10 @@ from pydantic import (
 from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails, InitErrorDetails, PydanticCustomError
 
-from planter import safe_text
+from planter import paths, safe_text
 from planter.errors import InputError
-from planter.files import paths, units
-from planter.files.paths import Location
+from planter.files import units
+from planter.paths import Location
 
 
 def find_annotation(model: type[BaseModel], location: Location) -> Any:

@@ -31,9 +31,8 @@ from planter.gears.options import (
     UndercutOption,
     WidthOption,
 )
-from planter.report.writing import writes_files
-from planter.terminal.console import Console
-from planter.terminal.options import (
+from planter.report.console import Console
+from planter.report.options import (
     JsonOption,
     OutOption,
     SetOption,
@@ -41,6 +40,7 @@ from planter.terminal.options import (
     find_unused,
     parse_changes,
 )
+from planter.report.writing import writes_files
 
 app = typer.Typer()
 

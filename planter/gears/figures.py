@@ -10,20 +10,20 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planter.files import units
-from planter.gear_geometry.contacts import Contacts
-from planter.gear_geometry.cutting import ToothedPair
-from planter.gear_geometry.gear import Gear
-from planter.gear_geometry.intermittent_gears import IncompleteGear
-from planter.gear_geometry.intermittent_proof import FREE_ANGLE, IncompleteGearCycle
-from planter.gear_geometry.mesh import SIDES
-from planter.gear_geometry.polygons import build_polygon
+from planter.gears.geometry.contacts import Contacts
+from planter.gears.geometry.cutting import ToothedPair
+from planter.gears.geometry.gear import Gear
+from planter.gears.geometry.intermittent_gears import IncompleteGear
+from planter.gears.geometry.intermittent_proof import FREE_ANGLE, IncompleteGearCycle
+from planter.gears.geometry.mesh import SIDES
+from planter.gears.geometry.polygons import build_polygon
 from planter.gears.parts import AnyGear, PlacedGear
 from planter.gears.results import FrictionCurves
 from planter.kernels import Array
 from planter.numerics.arrays import TURN
 from planter.report import style
 from planter.report.labels import clean_zero
-from planter.view.scene import Body, Curve, Event, Outline, Scene, refine_places, simplify_outline
+from planter.report.scene import Body, Curve, Event, Outline, Scene, refine_places, simplify_outline
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

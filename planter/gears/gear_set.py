@@ -13,13 +13,12 @@ import numpy as np
 import shapely
 
 from planter.errors import GeometryError, InputError
-from planter.files.text import hash_file
-from planter.gear_geometry import cutting
-from planter.gear_geometry.contacts import Contacts
-from planter.gear_geometry.cutting import ToothedPair, cut_teeth
-from planter.gear_geometry.gear import Gear
-from planter.gear_geometry.intermittent_gears import IncompleteGear, IntermittentPair
-from planter.gear_geometry.intermittent_proof import (
+from planter.gears.geometry import cutting
+from planter.gears.geometry.contacts import Contacts
+from planter.gears.geometry.cutting import ToothedPair, cut_teeth
+from planter.gears.geometry.gear import Gear
+from planter.gears.geometry.intermittent_gears import IncompleteGear, IntermittentPair
+from planter.gears.geometry.intermittent_proof import (
     FREE_ANGLE,
     POSITIONS,
     IncompleteGearCycle,
@@ -45,6 +44,7 @@ from planter.gears.results import (
 )
 from planter.kernels import Array
 from planter.progress import Listener
+from planter.text_files import hash_file
 from planter.version import __version__
 
 

@@ -9,12 +9,12 @@ from functools import cached_property
 import numpy as np
 
 from planter.files import csv_rows
-from planter.gear_geometry.gear import Gear
-from planter.gear_geometry.intermittent_gears import IncompleteGear
+from planter.gears.geometry.gear import Gear
+from planter.gears.geometry.intermittent_gears import IncompleteGear
+from planter.gears.workshop import arcs, drawing, solids
+from planter.gears.workshop.arcs import Arcs, ClosedCurve
+from planter.gears.workshop.drawing import Bore, DrawingLine
 from planter.kernels import Array
-from planter.workshop import arcs, drawing, solids
-from planter.workshop.arcs import Arcs, ClosedCurve
-from planter.workshop.drawing import Bore, DrawingLine
 
 MIN_RIM = 0.5
 """Smallest rim between a bore with its keyway and the roots, in tooth depths: a rule of this

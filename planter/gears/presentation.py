@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from planter.gear_geometry.pitch_curves import RACK
+from planter.gears.geometry.pitch_curves import RACK
 from planter.gears.parts import GearPart, build_part_files
 from planter.gears.results import (
     Friction,
@@ -22,12 +22,12 @@ from planter.gears.results import (
 )
 from planter.progress import Listener
 from planter.report import files
+from planter.report.animation import MotionBlock
 from planter.report.folder import renews_files
 from planter.report.html import Block, Cell, Items, KeyFigure, Keys, Section, Table, Text
 from planter.report.labels import clean_zero, count_things, format_label
 from planter.report.presentation import ResultPresentation
-from planter.view.animation import MotionBlock
-from planter.view.scene import Scene
+from planter.report.scene import Scene
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

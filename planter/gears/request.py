@@ -14,11 +14,12 @@ from typing import Any, Protocol, cast
 
 import numpy as np
 
+from planter import text_files
 from planter.errors import InputError
-from planter.files import csv_rows, examples, text
+from planter.files import csv_rows, examples
 from planter.files.kinds import load_part
-from planter.gear_geometry.cutting import ToothOrder
-from planter.gear_geometry.pitch_curves import (
+from planter.gears.geometry.cutting import ToothOrder
+from planter.gears.geometry.pitch_curves import (
     POLAR,
     CurvePair,
     PitchCurve,
@@ -29,10 +30,10 @@ from planter.gear_geometry.pitch_curves import (
 from planter.gears.options import CuttingProcessOption, Keep
 from planter.gears.parts import PartSettings
 from planter.gears.results import GearsFound
+from planter.gears.workshop.drawing import Bore, Keyway, find_standard_keyway
 from planter.kernels import Array
 from planter.numerics.arrays import MAX_GAP_RATIO, TURN, find_gap
 from planter.progress import Listener
-from planter.workshop.drawing import Bore, Keyway, find_standard_keyway
 
 
 @dataclass(frozen=True)
@@ -160,7 +161,7 @@ def find_adapter(source: str) -> GearMachineAdapter:
     module = load_part(source, "toothed")
     if module is not None:
         return cast(GearMachineAdapter, module)
-    text.parse_toml(examples.read_source(source), source)
+    text_files.parse_toml(examples.read_source(source), source)
     names = [name for name in examples.list_examples(suffix=".toml") if load_part(name, "toothed")]
     raise InputError(
         f"{source}: `planter gears` does not cut gears of this machine; use one like "
@@ -271,7 +272,7 @@ def _read_curve(source: str) -> tuple[Array, Array]:
     Raises InputError for a table that cannot be read or is not one closed turn.
     """
     path, prefix = _split_prefix(source)
-    table = csv_rows.read_table(text.read_text(path), str(path))
+    table = csv_rows.read_table(text_files.read_text(path), str(path))
     names = [
         f"{prefix}_polar_deg" if prefix else "polar_deg",
         f"{prefix}_radius_mm" if prefix else "radius_mm",

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from planter.files import units
-from planter.records import Record
+from planter.files.record import Record
 
 if TYPE_CHECKING:
     from planter.kernels import Array

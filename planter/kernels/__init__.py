@@ -2,6 +2,7 @@
 what was generated.
 """
 
-from planter.kernels.kernel import Array, BoundKernel, CallError, Kernel
+from planter.kernels.backends import Array, Flags, Integers
+from planter.kernels.kernel import BoundKernel, CallError, Kernel
 
-__all__ = ["Array", "BoundKernel", "CallError", "Kernel"]
+__all__ = ["Array", "BoundKernel", "CallError", "Flags", "Integers", "Kernel"]

@@ -99,6 +99,8 @@ if sys.version_info < (3, 12) and hasattr(os, "register_at_fork"):
 
 
 Array = NDArray[np.float64]
+Integers = NDArray[np.int64]
+Flags = NDArray[np.bool_]
 
 LARGE_FUNCTION = 10_000
 """Instructions from which a function is compiled with fewer passes."""

@@ -22,7 +22,7 @@ from typing import Any
 
 from planter import plugins
 from planter.errors import InputError
-from planter.files.text import check_regular, parse_json, read_json, read_text
+from planter.text_files import check_regular, parse_json, read_json, read_text
 
 DERIVE_AGAIN = "run `planter derive` again on the file that states the mechanism"
 MANIFEST = ".planter.json"

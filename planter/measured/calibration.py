@@ -45,8 +45,8 @@ from planter.measured.fit import STARTS, Fit, SearchEnd, fit_curve, prepare_sear
 from planter.measured.noise import REFUTING, LackOfFit, assess_lack_of_fit
 from planter.measured.reading import Columns, Measurement
 from planter.measured.sensor_curve import build_curve, describe_view
-from planter.parallel.task import AUTO, Means, Task
 from planter.progress import Listener, ProgressPhase
+from planter.task import AUTO, Means, Task
 
 FORCE = "N"
 MachineBuilder = Callable[[], Machine]

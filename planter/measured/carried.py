@@ -12,9 +12,9 @@ from dataclasses import replace
 
 import casadi as ca
 
+from planter import paths
 from planter.engine.machine import Machine, Quantity
 from planter.errors import InputError
-from planter.files import paths
 from planter.files.fields import value_error
 from planter.measured.section import AXES, SECTION, MeasurementSection, name_carried_force
 

@@ -16,14 +16,15 @@ from typing import Literal
 import numpy as np
 import scipy
 
+from planter import paths
 from planter.engine.machine import Machine, Quantity
 from planter.engine.response import MachineResponse
 from planter.errors import ComputationError, InputError
-from planter.files import paths, units
-from planter.kernels import Array
+from planter.files import units
+from planter.kernels import Array, Integers
 from planter.measured.reading import Measurement
 from planter.measured.sensor_view import check_sensor_bounds, is_sensor_input, list_sensor_inputs
-from planter.numerics.arrays import TURN, Integers
+from planter.numerics.arrays import TURN
 
 OFFSET, PHASE = "offset_N", "phase_deg"
 """Names of nuisance parameters: the zero of the gauge, with any unit, and the zero of the angle."""

@@ -16,8 +16,8 @@ import numpy as np
 import numpy.typing as npt
 from numpy.polynomial import legendre
 
-from planter.kernels import Array
-from planter.numerics.arrays import TURN, Integers
+from planter.kernels import Array, Integers
+from planter.numerics.arrays import TURN
 
 ComplexArray = npt.NDArray[np.complex128]
 Scale = Literal["linear", "log", "reciprocal"]

@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
+from planter.files.record import Record
 from planter.measured.curve import Side
 from planter.measured.noise import LackOfFit
 from planter.measured.reading import DataColumn, DataReading
-from planter.records import Record
 
 Outcome = Literal["explained", "not explained", "not settled"]
 

@@ -12,12 +12,12 @@ import numpy as np
 import scipy
 
 from planter.errors import ComputationError
+from planter.jobs import run_in_order
 from planter.kernels import Array
 from planter.measured.curve import MeasuredCurve, Side, find_phases
 from planter.measured.noise import NoiseEstimate, estimate_noise
-from planter.parallel.jobs import run_in_order
-from planter.parallel.task import AUTO, Means, Task
 from planter.progress import ProgressPhase
+from planter.task import AUTO, Means, Task
 
 STARTS = 8
 CANDIDATES, RESCANS, BETTER = 3, 3, 0.999

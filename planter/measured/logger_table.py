@@ -18,13 +18,14 @@ from pathlib import Path
 
 import numpy as np
 
+from planter import paths
 from planter.errors import InputError
-from planter.files import csv_rows, paths
-from planter.files.text import read_text_in_any_encoding
+from planter.files import csv_rows
+from planter.files.record import Record
 from planter.kernels import Array
 from planter.measured.column_units import KNOWN, normalise_unit, split_unit
 from planter.measured.labview import is_labview, read_labview
-from planter.records import Record
+from planter.text_files import read_text_in_any_encoding
 
 LIMIT_BYTES = 50_000_000
 SAMPLE = 400

@@ -16,11 +16,11 @@ import numpy as np
 import scipy
 from numpy.polynomial import legendre
 
-from planter.kernels import Array
+from planter.files.record import Record
+from planter.kernels import Array, Integers
 from planter.measured.curve import ChannelNoise, MeasuredCurve
 from planter.measured.reading import TWO_REVOLUTIONS, count_mean_harmonics, fourier_basis
-from planter.numerics.arrays import TURN, Integers
-from planter.records import Record
+from planter.numerics.arrays import TURN
 
 RHOS = np.tanh(np.linspace(0.0, 3.2, 65))
 """Correlations that are tried, 0 to 0.997."""

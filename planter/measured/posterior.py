@@ -13,14 +13,13 @@ import scipy
 
 from planter.engine.machine import Machine
 from planter.errors import ComputationError, InputError
-from planter.kernels import Array
+from planter.kernels import Array, Flags
 from planter.measured.calibration import find_unit, read_measurement
 from planter.measured.curve import Chosen, MeasuredCurve, factor_of
 from planter.measured.fit import fit_curve
 from planter.measured.noise import RHO_PRIOR, compute_log_determinants, sum_white_products
 from planter.measured.reading import Columns
 from planter.measured.sensor_curve import build_curve
-from planter.numerics.arrays import Flags
 
 DRAWS, FREEDOM, SPREAD = 8192, 4.0, 2.0
 """Number of draws for moments, their degrees of freedom, and their scale, in covariances at the

@@ -17,11 +17,11 @@ import numpy as np
 import scipy
 
 from planter.errors import InputError
-from planter.kernels import Array
+from planter.files.record import Record
+from planter.kernels import Array, Flags, Integers
 from planter.measured.column_units import find_factor, list_units, split_unit
 from planter.measured.logger_table import DroppedRows, LoggerTable, read_logger_table
-from planter.numerics.arrays import TURN, Flags, Integers
-from planter.records import Record
+from planter.numerics.arrays import TURN
 
 FEWEST = 12
 """Minimum number of points of a fit."""

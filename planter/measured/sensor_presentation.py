@@ -15,7 +15,7 @@ from planter.measured.sensor_curve import SensorSignal
 from planter.report import style
 from planter.report.html import Block, Items, Keys, Section
 from planter.report.labels import format_name
-from planter.view.subject import Reading
+from planter.report.subject import Reading
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -8,9 +8,10 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from planter import paths
 from planter.engine.machine import Machine, Quantity
 from planter.errors import InputError
-from planter.files import paths, units
+from planter.files import units
 from planter.files.document import Document
 from planter.files.fields import find_section as find_table
 from planter.files.fields import value_error

@@ -10,9 +10,8 @@ import typer
 
 from planter.errors import InputError
 from planter.mechanism.move_command import UNTIL, InputOption, show_motion
-from planter.report.writing import writes_files
-from planter.terminal.console import Console
-from planter.terminal.options import (
+from planter.report.console import Console
+from planter.report.options import (
     JsonOption,
     LeastOption,
     MachineArgument,
@@ -26,6 +25,7 @@ from planter.terminal.options import (
     refuse_unused,
     text_option,
 )
+from planter.report.writing import writes_files
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -303,8 +303,8 @@ def cam(
     """
     console = Console(as_json)
     with console.outcome():
+        from planter.gears.workshop.cam_report import present_cam
         from planter.mechanism.extension import CamRequest, find_extension
-        from planter.workshop.cam_report import present_cam
 
         if x is not None and y is None:
             raise InputError("--x needs --y")

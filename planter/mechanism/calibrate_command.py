@@ -9,9 +9,8 @@ import typer
 
 from planter.errors import InputError
 from planter.mechanism.analysis_commands import open_machine
-from planter.report.writing import interruptible_result, writes_files
-from planter.terminal.console import Console
-from planter.terminal.options import (
+from planter.report.console import Console
+from planter.report.options import (
     ClusterOption,
     JsonOption,
     MachineArgument,
@@ -26,6 +25,7 @@ from planter.terminal.options import (
     refuse_unused,
     text_option,
 )
+from planter.report.writing import interruptible_result, writes_files
 
 app = typer.Typer()
 
@@ -176,7 +176,7 @@ def calibrate(
             preview_data,
         )
         from planter.mechanism.extension import find_extension
-        from planter.parallel.task import Means
+        from planter.task import Means
 
         opened = open_machine(machine, set_, speed_rpm, model or ModelName.exact)
         means, first = Means(workers, cluster), None if model is None else model.value

@@ -21,8 +21,8 @@ from planter.measured.reading import Columns, describe_columns, read_curves
 from planter.measured.sensor_view import find_sensor_view, list_measured
 from planter.mechanism.extension import HasMachine, find_extension, to_machine
 from planter.mechanism.model import require_repeating
-from planter.parallel.task import AUTO, Means
 from planter.progress import Listener
+from planter.task import AUTO, Means
 
 if TYPE_CHECKING:
     from planter.report.presentation import ResultPresentation

@@ -7,21 +7,29 @@ from __future__ import annotations
 import casadi as ca
 import numpy as np
 
+from planter import paths
 from planter.engine.curves import QuantityCurves
 from planter.engine.machine import Machine, Quantity
 from planter.engine.response import MachineResponse
+from planter.engine.solvers.response import list_breakpoints
 from planter.errors import ComputationError, InputError
-from planter.files import paths, units
+from planter.files import units
 from planter.files.csv_rows import parse_number
 from planter.files.spelling import find_spelled
+from planter.gears.workshop import solids
+from planter.gears.workshop.cam import (
+    Columns,
+    Profile,
+    Push,
+    build_cam_part,
+    check_roller,
+    find_lift_off,
+)
+from planter.gears.workshop.cam_report import CamOutput, CamPageContent
+from planter.gears.workshop.drawing import Bore
 from planter.kernels import Array, formulas
 from planter.mechanism.model import Model, require_repeating
 from planter.numerics.arrays import TURN
-from planter.optimise.response import list_breakpoints
-from planter.workshop import solids
-from planter.workshop.cam import Columns, Profile, Push, build_cam_part, check_roller, find_lift_off
-from planter.workshop.cam_report import CamOutput, CamPageContent
-from planter.workshop.drawing import Bore
 
 FORMULAS = "disc_cam"
 FOLLOWERS = "followers"

@@ -12,19 +12,19 @@ from typing import TYPE_CHECKING
 
 from planter.errors import InputError
 from planter.mechanism import analysis_commands, calibrate_command, move_command
-from planter.report.writing import find_proof, interruptible_result
-from planter.terminal.console import Console
-from planter.terminal.options import (
+from planter.report.console import Console
+from planter.report.options import (
     join_applications,
 )
+from planter.report.writing import find_proof, interruptible_result
 
 if TYPE_CHECKING:
     from planter.engine.machine import Machine
     from planter.engine.search import SearchSpec
+    from planter.engine.solvers.optimiser import Method
+    from planter.engine.solvers.range_variance import Sampling
     from planter.mechanism.optimisation import MechanismOptimum
-    from planter.optimise.optimiser import Method
-    from planter.optimise.range_variance import Sampling
-    from planter.parallel.task import Means
+    from planter.task import Means
 
 app = join_applications(analysis_commands.app, calibrate_command.app, move_command.app)
 
@@ -77,11 +77,11 @@ def run_optimise(
     """
     from planter.engine.front import require_front
     from planter.engine.search import SearchSpec
+    from planter.engine.solvers.local_search import DEFAULT_STARTS
+    from planter.engine.solvers.sections import DEFAULT_GENETIC
     from planter.mechanism import optimisation, proof
     from planter.mechanism.file import MechanismFile
     from planter.mechanism.presentation import present_optimum
-    from planter.optimise.local_search import DEFAULT_STARTS
-    from planter.optimise.sections import DEFAULT_GENETIC
 
     spec = SearchSpec(
         sampling=options.samples or machine.sampling,

@@ -17,7 +17,7 @@ from planter.engine.machine import Machine, Quantity, check_samples
 from planter.engine.summary import CycleSummary, QuantityPeak
 from planter.errors import ComputationError, InputError
 from planter.files import units
-from planter.kernels import Array
+from planter.kernels import Array, Flags
 from planter.measured.sensor_curve import SensorSignal, measure_cycle
 from planter.measured.sensor_view import find_sensor_view
 from planter.mechanism.extension import HasMachine, MachineExtension, find_extension, to_machine
@@ -31,7 +31,7 @@ from planter.mechanism.results import (
     QuantityStatistics,
 )
 from planter.numerics import extrema
-from planter.numerics.arrays import Flags, to_degrees
+from planter.numerics.arrays import to_degrees
 from planter.numerics.extrema import ExtremePoint
 from planter.progress import name_step
 

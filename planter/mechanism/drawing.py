@@ -17,16 +17,15 @@ from planter.engine.loops import split_gaps
 from planter.engine.machine import LEAST_PIVOT, Machine, Quantity
 from planter.engine.wording import name_angle, name_quantity
 from planter.files import units
-from planter.kernels import Array
+from planter.kernels import Array, Integers
 from planter.kernels.elimination import solve_system
 from planter.kernels.formulas import HOISTED, Formulas
 from planter.kernels.programs import Program, ProgramStep
 from planter.mechanism.file import MechanismFile
 from planter.mechanism.machines import build_machine
-from planter.numerics.arrays import Integers
 from planter.report import labels, style
-from planter.view.scene import Body, Chain, Curve, Force, Outline, Point, Scene
-from planter.view.subject import Input, Portable
+from planter.report.scene import Body, Chain, Curve, Force, Outline, Point, Scene
+from planter.report.subject import Input, Portable
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -19,7 +19,8 @@ from threadpoolctl import threadpool_limits
 
 from planter.errors import ComputationError, InputError
 from planter.files import units
-from planter.kernels import Array
+from planter.jobs import run_in_order
+from planter.kernels import Array, Integers
 from planter.mechanism.dynamics import Dynamics, MotionRun
 from planter.mechanism.file import MechanismFile
 from planter.mechanism.motion import list_start_changes
@@ -30,10 +31,8 @@ from planter.mechanism.results import (
     EnsembleStatistic,
     LyapunovExponent,
 )
-from planter.numerics.arrays import Integers
-from planter.parallel.jobs import run_in_order
-from planter.parallel.task import AUTO, Means, Task
 from planter.progress import Listener, ProgressPhase
+from planter.task import AUTO, Means, Task
 
 TURN = 2 * math.pi
 PARTED = 0.1

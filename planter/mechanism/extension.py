@@ -17,6 +17,7 @@ from planter.report.html import Block, Section
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from planter.gears.workshop.cam_report import CamOutput
     from planter.measured.calibration import MachineBuilder
     from planter.mechanism.model import MechanismCycle
     from planter.mechanism.results import (
@@ -24,11 +25,10 @@ if TYPE_CHECKING:
         MechanismCycleResult,
         MechanismWarning,
     )
-    from planter.parallel.task import Means
     from planter.progress import Listener
+    from planter.report.animation import MotionBlock
     from planter.report.presentation import ResultPresentation
-    from planter.view.animation import MotionBlock
-    from planter.workshop.cam_report import CamOutput
+    from planter.task import Means
 
 
 class HasMachine(Protocol):

@@ -10,19 +10,20 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, PrivateAttr
 
+from planter import paths
 from planter.engine.measures import Limit, Measure, format_sum, parse_sum
 from planter.engine.sections import LimitsSection, parse_holds, with_whole_limits
+from planter.engine.solvers.sections import GeneticAlgorithm
 from planter.errors import InputError
-from planter.files import paths, units
+from planter.files import units
 from planter.files.document import Document, Origins
 from planter.files.fields import FileSection, Line, Pair, Real, Whole
-from planter.files.text import is_file, read_toml
 from planter.kernels import Array
 from planter.kernels.formulas import Formulas
 from planter.kernels.formulas import load as formulas
 from planter.kernels.generated import check_user_model
 from planter.measured.section import SECTION, MeasurementSection
-from planter.optimise.sections import GeneticAlgorithm
+from planter.text_files import is_file, read_toml
 
 GENERATED = Path("generated")
 

@@ -13,9 +13,9 @@ import numpy as np
 from planter.errors import InputError
 from planter.files import units
 from planter.files.csv_rows import read_table
-from planter.files.text import read_text
 from planter.kernels import Array
 from planter.mechanism.file import MechanismFile
+from planter.text_files import read_text
 
 TIME = "t_s"
 

@@ -19,7 +19,7 @@ from planter.mechanism.file import load
 from planter.mechanism.model import Model
 from planter.mechanism.show import MechanismView
 from planter.numerics.arrays import wrap_angle
-from planter.view.sheet import Angle, Length, Mark, Sheet, Spot
+from planter.report.sheet import Angle, Length, Mark, Sheet, Spot
 
 DRAWN_DEG = 50.0
 """Angle of the drive at which a mechanism is drawn, where most of them are open."""

@@ -25,12 +25,12 @@ from planter.engine.machine import (
 )
 from planter.errors import InputError
 from planter.files import units
-from planter.files.text import read_toml
 from planter.kernels.formulas import HOISTED, Formulas
 from planter.measured.carried import add_carried_forces
 from planter.measured.sensor_view import find_sensor_view
 from planter.mechanism import file
 from planter.mechanism.file import MechanismFile
+from planter.text_files import read_toml
 
 ROLES: dict[str, Role] = {"law_": "law", "pivot_": "pivot", "states_": "states"}
 """Roles of quantities by the beginnings of their names."""

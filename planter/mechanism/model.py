@@ -21,11 +21,11 @@ from planter.engine.response import DesignPoint, MachineResponse
 from planter.engine.rows import COMPARED, FLOOR, SHARE
 from planter.errors import ComputationError
 from planter.files import units
+from planter.files.record import build_frame
 from planter.kernels import Array, Kernel
 from planter.measured.sensor_curve import SensorSignal
 from planter.mechanism.results import MechanismCycleResult, MechanismWarning
 from planter.numerics.arrays import TURN
-from planter.records.record import build_frame
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -164,7 +164,7 @@ class MechanismCycle:
 
         Raises InputError if anywidget is missing.
         """
-        from planter.view.animation import show_object
+        from planter.report.animation import show_object
 
         return show_object(self if self.machine.subject is None else self.machine.subject)
 

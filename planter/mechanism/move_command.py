@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from planter.report.writing import writes_files
-from planter.terminal.console import Console
-from planter.terminal.options import (
+from planter.report.console import Console
+from planter.report.options import (
     ClusterOption,
     JsonOption,
     OutOption,
@@ -19,6 +18,7 @@ from planter.terminal.options import (
     parse_changes,
     refuse_unused,
 )
+from planter.report.writing import writes_files
 
 if TYPE_CHECKING:
     from planter.mechanism.file import MechanismFile
@@ -166,7 +166,7 @@ def move(
         if ensemble is not None:
             from planter.mechanism.ensemble import EnsembleSpec, compute_ensemble
             from planter.mechanism.presentation import present_ensemble
-            from planter.parallel.task import Means
+            from planter.task import Means
 
             spec = EnsembleSpec(ensemble, perturbation, since, period, seed)
             means = Means(workers, cluster)

@@ -35,6 +35,9 @@ from planter.engine.sensitivity import (
     find_directions,
     move_all,
 )
+from planter.engine.solvers.constraints import FEASIBILITY_TOLERANCE
+from planter.engine.solvers.local_search import Descent, SearchRecord
+from planter.engine.solvers.range_variance import Sampling
 from planter.engine.summary import ROUNDING
 from planter.engine.wording import describe_measure, describe_sum
 from planter.errors import InputError
@@ -46,12 +49,9 @@ from planter.mechanism.results import (
     LimitResult,
     MechanismOptimumResult,
 )
-from planter.optimise.constraints import FEASIBILITY_TOLERANCE
-from planter.optimise.local_search import Descent, SearchRecord
-from planter.optimise.range_variance import Sampling
-from planter.parallel.task import AUTO, Means, Task
 from planter.progress import Listener
-from planter.view.subject import RequirementCheck, to_sentence_case
+from planter.report.subject import RequirementCheck, to_sentence_case
+from planter.task import AUTO, Means, Task
 
 SPREADS = ("jump", "range", "std", "variance")
 """Measures whose least value is zero."""

@@ -18,6 +18,7 @@ from planter.engine.sensitivity import SensitivityResult
 from planter.files import units
 from planter.files.document import Document, format_lines
 from planter.files.fields import SET
+from planter.files.record import Record
 from planter.kernels import Array
 from planter.measured.sensor_curve import SensorSignal
 from planter.measured.sensor_presentation import (
@@ -44,8 +45,8 @@ from planter.mechanism.results import (
     QuantityHistory,
     QuantityStatistics,
 )
-from planter.records import Record
 from planter.report import files
+from planter.report.animation import MotionBlock as MotionBlock
 from planter.report.folder import drop_file, write_file
 from planter.report.html import Cell, Items, KeyFigure, Keys, Section, Table, Text
 from planter.report.labels import (
@@ -67,7 +68,6 @@ from planter.report.presentation import (
     list_warning_sections,
 )
 from planter.version import __version__
-from planter.view.animation import MotionBlock as MotionBlock
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

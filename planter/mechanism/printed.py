@@ -18,6 +18,7 @@ import casadi as ca
 import numpy as np
 import scipy
 
+from planter import paths
 from planter.audit.registry import Inputs, Value, formula
 from planter.audit.user_paper import MEASURE, MeasureQuestion
 from planter.engine import goal
@@ -25,7 +26,6 @@ from planter.engine.goal import find_display_unit, resolve_measure
 from planter.engine.machine import Machine
 from planter.engine.measures import AVERAGES, Kind, Measure, parse_measure
 from planter.errors import InputError, PlanterError
-from planter.files import paths
 from planter.files.spelling import find_spelled, list_spellings
 from planter.files.units import Unit, display_key, parse_unit
 from planter.kernels import Array

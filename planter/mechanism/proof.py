@@ -19,8 +19,25 @@ from planter.engine.goal import Goal
 from planter.engine.loops import TURN
 from planter.engine.machine import Machine
 from planter.engine.measures import Limit, Measure
-from planter.engine.proof import ProvedQuantity, build_provable_objective, check_provable, is_fixed
+from planter.engine.proof.certificate_file import write_certificate
+from planter.engine.proof.enclosures import (
+    EnclosedResponse,
+    ResponseProgram,
+    ResponseRecorder,
+    RootStart,
+)
+from planter.engine.proof.objective import ProvableObjective
+from planter.engine.proof.panels import MovingKinks
+from planter.engine.proof.search import SECONDS, Incumbent
+from planter.engine.proof.sums import (
+    ProvedQuantity,
+    build_provable_objective,
+    check_provable,
+    is_fixed,
+)
 from planter.engine.search import SearchSpec
+from planter.engine.solvers.constraints import FEASIBILITY_TOLERANCE
+from planter.engine.solvers.response import find_breakpoints
 from planter.errors import ComputationError
 from planter.kernels import Array, generated
 from planter.kernels.formulas import HOISTED, Formulas
@@ -28,20 +45,8 @@ from planter.kernels.generated import extract_outputs, find_periodic
 from planter.mechanism.file import MechanismFile
 from planter.mechanism.machines import build_machine
 from planter.mechanism.optimisation import MechanismOptimum, StatedGoal
-from planter.optimise.constraints import FEASIBILITY_TOLERANCE
-from planter.optimise.proof.certificate_file import write_certificate
-from planter.optimise.proof.enclosures import (
-    EnclosedResponse,
-    ResponseProgram,
-    ResponseRecorder,
-    RootStart,
-)
-from planter.optimise.proof.objective import ProvableObjective
-from planter.optimise.proof.panels import MovingKinks
-from planter.optimise.proof.search import SECONDS, Incumbent
-from planter.optimise.response import find_breakpoints
-from planter.parallel.task import AUTO, Means
 from planter.progress import Listener
+from planter.task import AUTO, Means
 
 
 def require_provable(goal: StatedGoal, option: str | None) -> None:

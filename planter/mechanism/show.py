@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from planter.measured.section import SECTION
 from planter.measured.sensor_view import describe_sensor_inputs, find_sensor_view
-from planter.view.subject import (
+from planter.report.subject import (
     STARTS,
     Control,
     DetailTable,
@@ -25,8 +25,8 @@ from planter.view.subject import (
 if TYPE_CHECKING:
     from planter.mechanism.file import MechanismFile
     from planter.mechanism.model import MechanismCycle
-    from planter.view.scene import Scene
-    from planter.view.subject import Portable
+    from planter.report.scene import Scene
+    from planter.report.subject import Portable
 
 MOST_READINGS = 12
 """Results whose largest and least values are displayed."""
@@ -63,7 +63,7 @@ class MechanismView:
     def scenes(self, values: Values, model: str) -> Sequence[Scene]:
         """Return its bodies over a cycle."""
         from planter.mechanism.drawing import PlotAxis, build_scene, select_frames
-        from planter.view.scene import Curve
+        from planter.report.scene import Curve
 
         cycle = self._compute_cycle(values)
         axis = PlotAxis.from_cycle(cycle)

@@ -12,8 +12,8 @@ import scipy
 
 from planter.engine.machine import load_machine
 from planter.errors import InputError
-from planter.gear_geometry.cutting import ToothedPair, cut_teeth
-from planter.gear_geometry.pitch_curves import CurvePair, build_sampled_pair
+from planter.gears.geometry.cutting import ToothedPair, cut_teeth
+from planter.gears.geometry.pitch_curves import CurvePair, build_sampled_pair
 from planter.gears.parts import PlacedGear
 from planter.gears.request import GearOptions
 from planter.gears.results import GearsFound

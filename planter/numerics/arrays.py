@@ -1,6 +1,4 @@
-"""Types of arrays, angles of a cycle, gaps in tables, and a cache of the last call of a
-function.
-"""
+"""Angles of a cycle, gaps in tables, and a cache of the last call of a function."""
 
 from __future__ import annotations
 
@@ -8,12 +6,9 @@ from collections.abc import Callable
 from typing import Generic, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from planter.kernels import Array
 
-Integers = NDArray[np.int64]
-Flags = NDArray[np.bool_]
 TURN = 2 * np.pi
 """One revolution [rad]."""
 MAX_GAP_RATIO = 5.0

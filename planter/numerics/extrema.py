@@ -16,8 +16,7 @@ import numpy as np
 import scipy
 
 from planter.errors import ComputationError
-from planter.kernels import Array
-from planter.numerics.arrays import Flags, Integers
+from planter.kernels import Array, Flags, Integers
 from planter.numerics.roots import FunctionWithSlope, find_bracketed_roots
 
 ArrayFunction = Callable[[Array], Array]

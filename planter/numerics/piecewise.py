@@ -13,8 +13,8 @@ import numpy as np
 from numpy.polynomial import chebyshev
 
 from planter.errors import ComputationError
-from planter.kernels import Array
-from planter.numerics.arrays import TURN, Flags, Integers
+from planter.kernels import Array, Flags, Integers
+from planter.numerics.arrays import TURN
 from planter.numerics.extrema import ExtremePoint, index_first_extremum
 from planter.numerics.roots import OwnFunctions, find_bracketed_roots
 

@@ -11,8 +11,7 @@ from functools import partial
 import numpy as np
 
 from planter.errors import ComputationError
-from planter.kernels import Array
-from planter.numerics.arrays import Flags, Integers
+from planter.kernels import Array, Flags, Integers
 
 FunctionWithSlope = Callable[[Array], tuple[Array, Array]]
 SystemOfEquations = Callable[[Array], tuple[Array, Array]]

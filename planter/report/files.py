@@ -16,8 +16,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from planter import paths
 from planter.errors import ComputationError
-from planter.files import csv_rows, paths
+from planter.files import csv_rows
 from planter.report import folder
 from planter.report.folder import output_folder as output_folder
 from planter.version import __version__

@@ -19,8 +19,8 @@ from functools import wraps
 from pathlib import Path, PurePosixPath
 from typing import ParamSpec, TypeVar
 
+from planter import text_files
 from planter.errors import InputError
-from planter.files import text
 
 LOCK_NAME = ".planter.lock"
 """The locked file, which contains the number of the owning process; it is removed when the lock is
@@ -173,7 +173,7 @@ def replace_file(path: Path) -> Iterator[Path]:
     """
     with _replacing(path) as part:
         yield part
-        content, manifest = text.hash_file(part), _manifest(path)
+        content, manifest = text_files.hash_file(part), _manifest(path)
         _check(path, manifest, content)
         manifest.enter(path, content, independent=manifest is not _OPEN.get())
 
@@ -302,7 +302,7 @@ class Manifest:
         """
         for name, content in self.old.items():
             path = self._folder / name
-            if _is_as_written(path, content) and not text.was_read(path):
+            if _is_as_written(path, content) and not text_files.was_read(path):
                 with suppress(OSError):
                     path.unlink()
                     _drop_empty(path.parent, self._folder)
@@ -382,7 +382,7 @@ def _listed(folder: Path) -> list[dict[str, str]]:
     the folder.
     """
     try:
-        table = text.read_json(folder / NAME, LARGEST_LIST, LARGEST_LIST)
+        table = text_files.read_json(folder / NAME, LARGEST_LIST, LARGEST_LIST)
         parts = [table["files"], table.get("independent", {}), table.get("earlier", {})]
         rows = [{str(name): str(content) for name, content in part.items()} for part in parts]
     except (InputError, KeyError, AttributeError):
@@ -410,6 +410,8 @@ def _drop_empty(inner: Path, folder: Path) -> None:
 
 def _is_as_written(path: Path, content: str | None) -> bool:
     try:
-        return content is not None and not path.is_symlink() and text.hash_file(path) == content
+        return (
+            content is not None and not path.is_symlink() and text_files.hash_file(path) == content
+        )
     except InputError:
         return False

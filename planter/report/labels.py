@@ -9,7 +9,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from planter.files import units
-from planter.files.paths import last_part
+from planter.paths import last_part
 from planter.report.html import Cell, Keys, Table
 
 if TYPE_CHECKING:

@@ -16,10 +16,11 @@ from typing import TYPE_CHECKING, Any
 from planter import safe_text
 from planter.files import units
 from planter.files.document import Document
+from planter.files.record import Record, WarningRecord
 from planter.kernels import Array
 from planter.progress import Listener
-from planter.records import Record, WarningRecord
-from planter.report import bundle, files, labels
+from planter.report import bundle, files, labels, process
+from planter.report.console import Console
 from planter.report.html import (
     Block,
     Cell,
@@ -39,8 +40,6 @@ from planter.report.html import (
 )
 from planter.report.labels import format_cell, separate_words
 from planter.report.writing import PROOF
-from planter.terminal import process
-from planter.terminal.console import Console
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -55,9 +54,7 @@ def list_proof_files(certificate: str | None) -> dict[str, str]:
     if certificate is None:
         return {}
     checker = "check_proof.py"
-    program = (
-        resources.files("planter.optimise.proof").joinpath(checker).read_text(encoding="utf-8")
-    )
+    program = resources.files("planter.engine.proof").joinpath(checker).read_text(encoding="utf-8")
     return {PROOF: certificate, checker: program}
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import Any
 
-from planter.records import Record
+from planter.files.record import Record
 from planter.report.html import Block, Section, Table
 from planter.report.labels import clean_zero, format_cell, format_label, format_name, tabulate_named
 from planter.report.presentation import list_warning_sections

@@ -13,7 +13,7 @@ import typer
 
 from planter.errors import Interrupted
 from planter.report import folder
-from planter.terminal.console import Console
+from planter.report.console import Console
 
 OverwriteOption = Annotated[
     bool,

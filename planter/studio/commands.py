@@ -8,10 +8,10 @@ from typing import Annotated
 import typer
 
 from planter.errors import InputError
-from planter.files.text import is_file
+from planter.report.console import Console
+from planter.report.options import refuse_unused
 from planter.report.writing import writes_files
-from planter.terminal.console import Console
-from planter.terminal.options import refuse_unused
+from planter.text_files import is_file
 
 app = typer.Typer()
 DEFAULT = "wang2017"

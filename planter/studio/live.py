@@ -18,10 +18,10 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from planter import safe_text
 from planter.errors import ComputationError, InputError
-from planter.files.text import LIMIT_BYTES, parse_json
 from planter.studio.process import ExportTask, StudioProcess, describe_error, export_file
 from planter.studio.session import FAILED, Message, list_sources
 from planter.studio.session import __name__ as WORKER
+from planter.text_files import LIMIT_BYTES, parse_json
 from planter.workers import Worker, WorkerEndedError
 
 LONGEST_S = 120.0

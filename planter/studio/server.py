@@ -21,9 +21,9 @@ from starlette.types import ASGIApp, Receive, Scope, Send
 from starlette.websockets import WebSocket
 
 from planter.errors import InputError
+from planter.report.subject import open_machine
 from planter.studio.live import LONGEST_MESSAGE, Live
 from planter.studio.process import find_export
-from planter.view.subject import open_machine
 
 POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src 'self' "
@@ -109,8 +109,8 @@ FILES = {
     "line.js": ("planter.studio", "line.js", "text/javascript"),
     "saved.js": ("planter.studio", "saved.js", "text/javascript"),
     "studio.css": ("planter.studio", "studio.css", "text/css"),
-    "view.js": ("planter.view", "view.js", "text/javascript"),
-    "view.css": ("planter.view", "view.css", "text/css"),
+    "view.js": ("planter.report", "view.js", "text/javascript"),
+    "view.css": ("planter.report", "view.css", "text/css"),
 }
 """Files that a page loads, by name below its token."""
 EXPORTED = {"content-security-policy": "sandbox allow-scripts allow-downloads"}

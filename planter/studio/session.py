@@ -18,13 +18,11 @@ from planter import plugins, safe_text, workers
 from planter.errors import InputError, PlanterError
 from planter.files import examples
 from planter.files.derivation import GENERATED
-from planter.files.text import parse_toml, read_text
 from planter.report import files
-from planter.studio.process import describe_error, export_path, to_page_words
-from planter.view.animation import pack_curves, pack_scene
-from planter.view.picture import draw_picture
-from planter.view.scene import Scene
-from planter.view.subject import (
+from planter.report.animation import pack_curves, pack_scene
+from planter.report.picture import draw_picture
+from planter.report.scene import Scene
+from planter.report.subject import (
     ANIMATION,
     STEPS,
     Export,
@@ -36,6 +34,8 @@ from planter.view.subject import (
     find_farthest,
     open_machine,
 )
+from planter.studio.process import describe_error, export_path, to_page_words
+from planter.text_files import parse_toml, read_text
 
 LARGEST = 1_000_000
 """Maximum characters of a loaded file."""

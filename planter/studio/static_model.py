@@ -18,10 +18,10 @@ import numpy as np
 from planter.errors import ComputationError, PlanterError
 from planter.kernels import Array
 from planter.kernels.programs import Program
-from planter.view.animation import pack_scene
-from planter.view.picture import LONGEST, Frame, Picture
-from planter.view.scene import Outline, Scene
-from planter.view.subject import Movable, Portable, Values
+from planter.report.animation import pack_scene
+from planter.report.picture import LONGEST, Frame, Picture
+from planter.report.scene import Outline, Scene
+from planter.report.subject import Movable, Portable, Values
 
 SAME = 1e-9
 """Tolerance of equal numbers, relative to the largest."""

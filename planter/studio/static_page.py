@@ -25,9 +25,9 @@ from planter.kernels.programs import build_webassembly
 from planter.report.files import write_bytes
 from planter.report.folder import check_files
 from planter.report.html import escape_markup, policy_source
+from planter.report.subject import Control, Movable, Searching, open_machine
 from planter.studio.static_model import StaticPageModel
 from planter.version import __version__
-from planter.view.subject import Control, Movable, Searching, open_machine
 
 MODULES = ("programs", "filled", "improve", "text", "line")
 """JavaScript modules of this package, each after those that it imports from."""
@@ -91,7 +91,7 @@ def build_page(machine: Movable) -> str:
 def _html(
     machine: Movable, description: Mapping[str, Any], models: Mapping[str, StaticPageModel]
 ) -> str:
-    studio, view = "planter.studio", "planter.view"
+    studio, view = "planter.studio", "planter.report"
     modules = {
         "view": _text(view, "view.js"),
         **{name: _text(studio, f"{name}.js") for name in ("tables", "fields", "exports")},

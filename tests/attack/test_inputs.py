@@ -11,8 +11,8 @@ from pathlib import Path
 
 import pytest
 
+from planter import text_files
 from planter.errors import InputError
-from planter.files import text
 from tests.support.cli import run
 
 TAKERS = (
@@ -106,7 +106,7 @@ def test_the_machine_of_a_plan_is_read_with_limits(
 
 @pytest.mark.parametrize("content", TEXTS.values(), ids=TEXTS.keys())
 def test_no_parser_gets_too_deep_or_too_large_text(content: str) -> None:
-    for parse in (text.parse_toml, text.parse_json):
+    for parse in (text_files.parse_toml, text_files.parse_json):
         with pytest.raises(InputError, match=r"own: .*(nested|too many)|valid JSON"):
             parse(content, "own")
 
@@ -135,18 +135,18 @@ def test_no_parser_gets_too_deep_or_too_large_text(content: str) -> None:
 )
 def test_no_json_input_is_unusable(message: str) -> None:
     with pytest.raises(InputError):
-        text.parse_json(message, "the message")
+        text_files.parse_json(message, "the message")
 
 
 def test_json_comes_in_whole() -> None:
     table = {"ask": "open", "text": "a = 'é'\n\t", "values": {"x": 1.5, "y": [None, True, -3]}}
-    assert text.parse_json(json.dumps(table), "the message") == table
+    assert text_files.parse_json(json.dumps(table), "the message") == table
 
 
 @pytest.mark.parametrize("words", [["x" * 20_000], ["--set"] * 20_000])
 def test_nonsense_command_line_is_refused(words: list[str]) -> None:
     with pytest.raises(InputError):
-        text.check_arguments(words)
+        text_files.check_arguments(words)
 
 
 @posix
@@ -155,13 +155,13 @@ def test_a_pipe_in_place_of_a_file_makes_nobody_wait(
 ) -> None:
     """It takes the file's place between the look at it and the opening."""
     os.mkfifo(tmp_path / "own.toml")
-    monkeypatch.setattr(text, "check_regular", lambda path: None)
+    monkeypatch.setattr(text_files, "check_regular", lambda path: None)
     with pytest.raises(InputError, match="pipe"):
-        text.read_text(tmp_path / "own.toml")
+        text_files.read_text(tmp_path / "own.toml")
 
 
 @posix
 def test_a_file_without_end_is_read_to_the_limit(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(text, "_check_mode", lambda mode, path: None)
+    monkeypatch.setattr(text_files, "_check_mode", lambda mode, path: None)
     with pytest.raises(InputError, match="too large"):
-        text.read_bytes("/dev/zero")
+        text_files.read_bytes("/dev/zero")

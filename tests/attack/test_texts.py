@@ -15,12 +15,12 @@ import pytest
 from hypothesis import given, seed
 from hypothesis import strategies as st
 
+from derive.audit.texts.documents import build_document
+from derive.audit.texts.interpretation import list_scalars
+from derive.audit.texts.names import NameTable, StatedNames, find_stated
+from derive.audit.texts.trial import build_subject as build
+from derive.audit.texts.trial import list_quantities, read_case
 from derive.generated_folder import OwnError
-from derive.texts.documents import build_document
-from derive.texts.interpretation import list_scalars
-from derive.texts.names import NameTable, StatedNames, find_stated
-from derive.texts.trial import build_subject as build
-from derive.texts.trial import list_quantities, read_case
 from tests.attack.test_attack import SEED, share
 from tests.support.structure import ROOT
 

@@ -18,7 +18,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from planter.interchange import co_simulation
+from planter.exports import co_simulation
 from tests.attack.test_attack import share
 from tests.planter.exports.exported import machine_file
 from tests.support.cli import answer

@@ -20,9 +20,9 @@ from derive.chain import (
 from derive.equations import ClaimError, Definition, Equation, by_claim, defining_equation
 from derive.model import Let, LinearSolve, System
 from derive.papers import wang2017
+from derive.papers.planting import derivation
+from derive.papers.planting import quantities as q
 from derive.quantity import Quantity
-from derive.systems.planting import derivation
-from derive.systems.planting import quantities as q
 from tests.support.made_up import MadeUpClaim
 
 a, b, c, k = (Quantity(name, "1", "test", "test") for name in "abck")

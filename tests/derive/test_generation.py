@@ -16,7 +16,7 @@ import pytest
 
 from derive import generation
 from derive.__main__ import main
-from derive.gearing.families import FAMILIES
+from derive.mechanics.gearing.families import FAMILIES
 from derive.quantity import _RESERVED
 from planter.kernels import generated
 from tests.support import centrifuge
@@ -46,7 +46,7 @@ FAMILY = """
 import sympy as sp
 
 from derive import Condition, PitchCurve, Quantity, register
-from derive.gearing.pitch_curve import swing, u
+from derive.mechanics.gearing.pitch_curve import swing, u
 
 
 @register
@@ -280,7 +280,7 @@ def test_installed_package_adds_a_system(tmp_path: Path) -> None:
     installed.mkdir()
     (installed / "METADATA").write_text("Metadata-Version: 2.1\nName: lever_package\nVersion: 1\n")
     (installed / "entry_points.txt").write_text(
-        "[derive.systems]\nlever = lever_package.lever\n[derive.targets]\nplain = "
+        "[derive.papers]\nlever = lever_package.lever\n[derive.targets]\nplain = "
         "lever_package.plain\n"
     )
     done = process("lever", path=tmp_path)

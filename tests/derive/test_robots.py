@@ -12,7 +12,7 @@ import pytest
 from numpy.typing import NDArray
 
 from derive.robots import RobotError, read_robot, write_statement
-from planter.dynamics.model import DynamicsModel, load_dynamics
+from planter.mechanism.state_space.model import DynamicsModel, load_dynamics
 from tests.support.cli import answer, refusal
 
 Array = NDArray[np.float64]

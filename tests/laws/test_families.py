@@ -19,11 +19,11 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from planter.errors import GeometryError
-from planter.gear_geometry import families
-from planter.gear_geometry.stage import SERIES_TOLERANCE, StageCandidate
+from planter.gears.geometry import families
+from planter.gears.geometry.stage import SERIES_TOLERANCE, StageCandidate
 from planter.kernels import Kernel
 from planter.numerics import extrema
-from planter.planting.model import Device
+from planter.papers.planting.model import Device
 from tests.laws.test_gradients import TOLERANCE, errors, smooth_point
 from tests.laws.test_planting_laws import momentum_rate, weight
 from tests.support import kinematics, model, pairs, xp_complex, xp_mpmath

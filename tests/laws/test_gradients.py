@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from planter.planting.functions import MODELS, Model
-from planter.planting.model import Device
+from planter.papers.planting.functions import MODELS, Model
+from planter.papers.planting.model import Device
 from tests.support import joints, machines, model, xp_complex
 
 Array = NDArray[np.float64]

@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from planter.planting.file import PlantingMachine
-from planter.planting.model import Device
+from planter.papers.planting.file import PlantingMachine
+from planter.papers.planting.model import Device
 from tests.support import kinematics, machines, model
 from tests.support.jets import Place
 from tests.support.joints import panels

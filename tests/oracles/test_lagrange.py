@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 from mpmath import mp
 
-from planter.planting.file import PlantingMachine
+from planter.papers.planting.file import PlantingMachine
 from tests.support import kinematics, machines, model, xp_mpmath
 from tests.support.arithmetic import MPMATH, Number
 from tests.support.lagrange import RELEASED, WHOLE, Objects, State

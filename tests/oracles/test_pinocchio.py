@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from planter.planting.file import PlantingMachine
+from planter.papers.planting.file import PlantingMachine
 from tests.support import kinematics, machines, model
 
 pin = pytest.importorskip("pinocchio")

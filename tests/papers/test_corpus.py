@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from derive.texts.benchmark import CorpusText, TextClaims, read_corpus, run_benchmark
+from derive.audit.texts.benchmark import CorpusText, TextClaims, read_corpus, run_benchmark
 
 CORPUS = Path(__file__).parent / "corpus"
 TEXTS = read_corpus(CORPUS)

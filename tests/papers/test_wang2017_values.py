@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from planter.files import units
-from planter.planting.functions import Model
-from planter.planting.model import Device
+from planter.papers.planting.functions import Model
+from planter.papers.planting.model import Device
 from tests.support import machines, model
 
 VALUES = tomllib.loads(Path(__file__).with_name("wang2017_values.toml").read_text(encoding="utf-8"))

@@ -10,8 +10,8 @@ import pytest
 
 COMMANDS = '''
 import typer
-from planter.terminal.console import Console
-from planter.terminal.options import JsonOption
+from planter.report.console import Console
+from planter.report.options import JsonOption
 
 app = typer.Typer()
 
@@ -22,7 +22,7 @@ def seeder(name: str, as_json: JsonOption = False) -> None:
     console = Console(as_json)
     with console.outcome():
         from planter.files import examples
-        from planter.files.text import parse_toml
+        from planter.text_files import parse_toml
 
         table = parse_toml(examples.read_source(name, "seeder"), name)
         spacing = {"spacing_mm": 1e3 * table["speed_m_s"] / table["rate_Hz"]}

@@ -10,7 +10,7 @@ import pytest
 
 from planter import progress
 from planter.progress import Progress, ProgressPhase, describe_slow_step, name_step
-from planter.terminal.console import Console
+from planter.report.console import Console
 
 
 class Clock:

@@ -5,7 +5,7 @@ import pytest
 from planter import safe_text
 from planter.errors import InputError
 from planter.report import html
-from planter.terminal.console import Console
+from planter.report.console import Console
 
 NASTY = "a\x1b[31m\u202e\x00\udcff\u2028b"
 

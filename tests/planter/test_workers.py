@@ -14,19 +14,19 @@ from pathlib import Path
 
 import pytest
 
-from planter.parallel.task import Task
+from planter.task import Task
 from planter.workers import Worker, WorkerEndedError
-from tests.planter.parallel.toys import prepare_squares
+from tests.planter.toys import prepare_squares
 
 pytestmark = pytest.mark.fault
 ROOT = Path(__file__).parents[2]
-JOBS = "planter.parallel.task"
+JOBS = "planter.task"
 PARENT = """
 import pickle, sys, threading
 sys.path.insert(0, {root!r})
 from planter import workers
-from planter.parallel.task import Task
-from tests.planter.parallel.toys import prepare_squares
+from planter.task import Task
+from tests.planter.toys import prepare_squares
 worker = workers.Worker({module!r}, Task(prepare_squares, {arguments!r}).to_bytes())
 print(worker.pid, flush=True)
 worker.ask(pickle.dumps(1))

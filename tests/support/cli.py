@@ -19,8 +19,8 @@ import typer
 from planter import cli
 from planter.cli import app
 from planter.cli.app import build_application
-from planter.terminal import process
-from planter.terminal.console import Console
+from planter.report import process
+from planter.report.console import Console
 
 
 @cache

@@ -5,7 +5,7 @@ from __future__ import annotations
 import mpmath
 import sympy as sp
 
-from derive.systems.clutch import subject as claims
+from derive.papers.clutch import subject as claims
 from tests.support.late import LateDict
 
 CLAIMS = LateDict(

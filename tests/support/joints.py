@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from planter.planting.file import PlantingMachine
-from planter.planting.model import Device
+from planter.papers.planting.file import PlantingMachine
+from planter.papers.planting.model import Device
 from tests.support import kinematics, machines, model
 
 Array = NDArray[np.float64]

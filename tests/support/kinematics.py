@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from types import ModuleType
 
-from planter.planting.file import PlantingMachine
+from planter.papers.planting.file import PlantingMachine
 from tests.support.arithmetic import FLOATS, Arithmetic, Number
 from tests.support.jets import Jet, Place, added, turned_y, turned_z
 

@@ -8,9 +8,9 @@ import pytest
 
 from planter.errors import PlanterError
 from planter.files import examples
-from planter.planting.file import PlantingMachine, load
-from planter.planting.functions import Model
-from planter.planting.model import Device
+from planter.papers.planting.file import PlantingMachine, load
+from planter.papers.planting.functions import Model
+from planter.papers.planting.model import Device
 
 SPREAD = {
     "mass": 0.3,

@@ -13,9 +13,9 @@ from typing import Any
 
 import numpy as np
 
-from planter.planting import functions
-from planter.planting.functions import Model
-from planter.planting.model import Device
+from planter.papers.planting import functions
+from planter.papers.planting.functions import Model
+from planter.papers.planting.model import Device
 
 Number = Any
 Named = dict[str, Number]

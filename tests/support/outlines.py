@@ -13,8 +13,8 @@ import numpy as np
 from ezdxf.math import bulge_to_arc
 from scipy.integrate import quad
 
+from planter.gears.workshop.arcs import Arcs
 from planter.kernels import Array
-from planter.workshop.arcs import Arcs
 
 LAYERS = dict[str, list[Arcs]]
 

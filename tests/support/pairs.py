@@ -6,11 +6,11 @@ from functools import cache
 
 import numpy as np
 
-from derive.gearing.families import FAMILIES
+from derive.mechanics.gearing.families import FAMILIES
 from planter.files import units
-from planter.gear_geometry import families
-from planter.gear_geometry.stage import Stage, StageCandidate, converge_series
-from planter.planting.file import PlantingMachine, load
+from planter.gears.geometry import families
+from planter.gears.geometry.stage import Stage, StageCandidate, converge_series
+from planter.papers.planting.file import PlantingMachine, load
 from tests.support.sizing import Size, Sizing
 
 Drawn = tuple[str, int]

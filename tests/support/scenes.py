@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from shapely import LineString, affinity
 
-from planter.view.scene import Body, Scene
+from planter.report.scene import Body, Scene
 
 
 def placed(scene: Scene, moment: int) -> dict[str, list[LineString]]:

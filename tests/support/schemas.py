@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from functools import cache
 from typing import Any
 
-from planter.records import schema
+from planter.files import schema
 
 
 @cache

@@ -14,8 +14,8 @@ from functools import cached_property
 import casadi as ca
 import numpy as np
 
-from planter.gear_geometry import families
-from planter.gear_geometry.stage import (
+from planter.gears.geometry import families
+from planter.gears.geometry.stage import (
     FIRST_TERMS,
     MAX_TERMS,
     SERIES_TOLERANCE,

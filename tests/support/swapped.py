@@ -3,7 +3,7 @@
 from functools import cache
 from typing import Any
 
-from planter.planting.file import PlantingMachine, load
+from planter.papers.planting.file import PlantingMachine, load
 
 DESIGN = {
     "theta_deg": 66.0,

@@ -11,10 +11,10 @@ from functools import cache
 import numpy as np
 import shapely
 
-from planter.gear_geometry.cutting import ToothedPair, ToothOrder, cut_teeth
-from planter.gear_geometry.flanks import Flanks, Rack
-from planter.gear_geometry.gear import Gear
-from planter.gear_geometry.pitch_curves import build_circle_pair, build_stage_pair
+from planter.gears.geometry.cutting import ToothedPair, ToothOrder, cut_teeth
+from planter.gears.geometry.flanks import Flanks, Rack
+from planter.gears.geometry.gear import Gear
+from planter.gears.geometry.pitch_curves import build_circle_pair, build_stage_pair
 from planter.kernels import Array
 from tests.support import pairs
 

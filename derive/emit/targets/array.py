@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ...gearing.pitch_curve import PitchCurve
+from ...mechanics.gearing.pitch_curve import PitchCurve
 from ...model import SineSeries, System
 from ..expression import PLAIN, Dialect, Printer
 from ..folder import Target

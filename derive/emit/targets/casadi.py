@@ -6,7 +6,7 @@ import re
 import textwrap
 from collections.abc import Callable, Sequence
 
-from ...gearing.pitch_curve import PitchCurve
+from ...mechanics.gearing.pitch_curve import PitchCurve
 from ...model import System
 from ...quantity import OpenVector, Quantity
 from ..expression import PLAIN, Dialect, Printer

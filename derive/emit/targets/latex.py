@@ -13,7 +13,7 @@ from sympy import Basic, Expr
 from sympy.core.alphabets import greeks
 
 from ...functions import Polynomial, Turns
-from ...gearing.pitch_curve import PitchCurve
+from ...mechanics.gearing.pitch_curve import PitchCurve
 from ...model import Call, Input, LinearSolve, SineSeries, Step, System, join_entries
 from ...quantity import OpenVector, Quantity
 from ..expression import COMMON

@@ -10,7 +10,7 @@ from collections.abc import Iterable, Iterator, Sequence
 
 import sympy as sp
 
-from ...gearing.pitch_curve import PitchCurve
+from ...mechanics.gearing.pitch_curve import PitchCurve
 from ...model import Call, Input, LinearSolve, SineSeries, Step, System
 from ...quantity import OpenVector, Quantity
 from ..expression import COMMON, PLAIN, Dialect, Printer

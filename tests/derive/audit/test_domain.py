@@ -17,14 +17,14 @@ from derive.audit.judge import Judgement, holds
 from derive.audit.paper import Paper
 from derive.audit.reading_search import judge_readings
 from derive.audit.terms import have_same_truth
+from derive.audit.user_mechanism.trial import trial
 from derive.discovery import load_user_modules
 from derive.equations import Equation, Relation, derived_equation
 from derive.evaluate import Point
 from derive.formulas import Formulas
 from derive.papers import shi2021, yu2023
+from derive.papers.clutch import quantities as clutch
 from derive.quantity import Quantity, quantities
-from derive.systems.clutch import quantities as clutch
-from derive.systems.user_mechanism.trial import trial
 from tests.support import own
 from tests.support.made_up import POINTS, MadeUp, MadeUpClaim, a, b, c, judged, quantity, u, v
 

@@ -22,10 +22,10 @@ from derive.audit.edits import list_edits
 from derive.audit.judge import FAULTS, holds
 from derive.audit.paper import Paper
 from derive.audit.record import Record, record_equation
+from derive.audit.user_mechanism.trial import build_paper_chain
 from derive.discovery import load_user_modules
 from derive.equations import UNCLAIMED, Equation, what
 from derive.quantity import Quantity
-from derive.systems.user_mechanism.trial import build_paper_chain
 from tests.support import own
 
 PAPERS = sorted(path.stem for path in own.EXAMPLES.glob("*_paper.py"))

@@ -26,8 +26,8 @@ from derive.audit.judge import Judgement
 from derive.audit.reading_search import list_reasons
 from derive.discovery import import_modules, load_user_modules
 from derive.papers import shi2021, wang2017, yu2023
+from derive.papers.planting import subject as laws
 from derive.quantity import Quantity
-from derive.systems.planting import subject as laws
 from tests.support.made_up import tampered
 
 ROOT = Path(__file__).parents[3]

@@ -19,10 +19,10 @@ from derive.audit.record import Record
 from derive.evaluate import Point
 from derive.model import Let
 from derive.papers import wang2017
-from derive.systems.planting import quantities as q
-from derive.systems.planting import subject as laws
-from planter.planting.file import PlantingMachine
-from planter.planting.model import Device
+from derive.papers.planting import quantities as q
+from derive.papers.planting import subject as laws
+from planter.papers.planting.file import PlantingMachine
+from planter.papers.planting.model import Device
 from tests.support import machines, model
 
 MEAN = "mean vertical support force is the weight"

@@ -14,8 +14,8 @@ from derive import Mechanism, quantities
 from derive.audit.case import Case
 from derive.audit.judge import MOST_OPERATIONS, Judgement, judge_equation
 from derive.audit.paper import Paper
+from derive.audit.user_mechanism.trial import trial
 from derive.equations import UNCLAIMED, Claimed, Equation, derived_equation
-from derive.systems.user_mechanism.trial import trial
 from tests.support.made_up import MadeUpClaim
 
 LINKS = 6

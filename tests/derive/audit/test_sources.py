@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 import derive.audit
+import derive.papers
 from derive.audit.paper import Paper
 from derive.audit.reading_search import judge_readings
 from derive.audit.typesetting import GREEK
@@ -18,10 +19,8 @@ from derive.quantity import _BASE
 from tests.support.mutations import CASES, at_its_points, derivable, outcome, untouched
 from tests.support.sampled import sampled
 
-SOURCES = sorted(Path(derive.audit.__path__[0]).rglob("*.py"))
-TRANSCRIBED = sorted(
-    p for folder in ("papers", "systems") for p in (SOURCES[0].parents[1] / folder).rglob("*.py")
-)
+SOURCES = sorted(Path(derive.audit.__path__[0]).glob("*.py"))
+TRANSCRIBED = sorted(Path(derive.papers.__path__[0]).rglob("*.py"))
 
 SHARES = 4
 """Of the equations of a paper, each judged again in a copy of it; the long tests judge all but

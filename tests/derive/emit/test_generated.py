@@ -13,12 +13,12 @@ from pathlib import Path
 import pytest
 
 from derive.emit.folder import built_in, render_texts, select_targets
-from derive.gearing.families import FAMILIES
 from derive.generated_folder import GENERATED, list_changes, list_differences, write_folder
 from derive.generation import VERDICTS, derive_code, derive_models
-from derive.systems import disc_cam
-from derive.systems.clutch import contacts
-from derive.systems.planting import derivation
+from derive.mechanics.gearing.families import FAMILIES
+from derive.papers import disc_cam
+from derive.papers.clutch import contacts
+from derive.papers.planting import derivation
 
 ROOT = Path(__file__).parents[3]
 BASELINE = json.loads((Path(__file__).parent / "operations.json").read_text())

@@ -13,7 +13,7 @@ import sympy as sp
 from derive.__main__ import main
 from derive.emit.folder import built_in, render_texts
 from derive.emit.targets import latex
-from derive.gearing.families import FAMILIES
+from derive.mechanics.gearing.families import FAMILIES
 from derive.model import ClosedForm, Let, System
 from derive.quantity import Quantity, Vector
 from tests.support import own

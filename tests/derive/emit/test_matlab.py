@@ -12,10 +12,10 @@ import pytest
 
 from derive.__main__ import main
 from derive.emit.folder import built_in, render_texts
-from derive.gearing.families import FAMILIES
+from derive.mechanics.gearing.families import FAMILIES
 from derive.model import ClosedForm, Let, System
+from derive.papers.planting import derivation, flanks
 from derive.quantity import Quantity, Vector
-from derive.systems.planting import derivation, flanks
 from planter.engine.response import MachineResponse
 from planter.kernels import generated
 from tests.support import machines, octave, own

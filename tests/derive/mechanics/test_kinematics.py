@@ -13,9 +13,9 @@ from derive.mechanics.frames import Frame, Point, Vec, Z
 from derive.mechanics.kinematics import FollowerLaw, GearStage
 from derive.mechanics.mechanism import Mechanism
 from derive.model import Call
+from derive.papers.planting import derivation
+from derive.papers.planting import quantities as q
 from derive.quantity import OpenVector, Quantity
-from derive.systems.planting import derivation
-from derive.systems.planting import quantities as q
 
 
 def quantity(name: str, unit: str = "1") -> Quantity:

@@ -15,6 +15,7 @@ import sympy as sp
 from mpmath import mpf
 from sympy import S
 
+from derive.audit.user_mechanism.subject import evaluate_steps
 from derive.evaluate import Point
 from derive.mechanics.bodies import Action, action_load
 from derive.mechanics.contacts import GearContact, SlidingContact, contour_steps, reach
@@ -23,7 +24,6 @@ from derive.mechanics.frames import Frame, Y, Z, unit
 from derive.mechanics.frames import Point as Place
 from derive.mechanics.mechanism import Mechanism
 from derive.quantity import Quantity
-from derive.systems.user_mechanism.subject import evaluate_steps
 
 ANGLE, SPEED = Quantity("angle", "rad", "test", "test"), Quantity("speed", "rad/s", "test", "test")
 DIGITS = 30

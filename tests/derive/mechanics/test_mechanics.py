@@ -24,9 +24,9 @@ from derive.mechanics.frames import (
     unit,
 )
 from derive.mechanics.mechanism import Mechanism
+from derive.papers.planting import derivation
+from derive.papers.planting import quantities as q
 from derive.quantity import Quantity
-from derive.systems.planting import derivation
-from derive.systems.planting import quantities as q
 
 
 def quantity(name: str, unit: str = "1") -> Quantity:

@@ -19,11 +19,11 @@ import pytest
 from planter.audit import numbers, verdicts
 from planter.audit.registry import FORMULAS, Computation, Inputs, Rounded
 from planter.audit.user_paper import MEASURE
-from planter.clutch.printed import formulas
 from planter.errors import ComputationError
 from planter.kernels import generated
-from planter.mapping.printed import gearing
-from planter.pickup.printed import gearing as helical
+from planter.papers.clutch.printed import formulas
+from planter.papers.mapping.printed import gearing
+from planter.papers.pickup.printed import gearing as helical
 from tests.support.cli import below
 from tests.support.sampled import sampled
 from tests.support.schemas import load_schema
@@ -135,7 +135,7 @@ def test_tables_show_equations_numbers_and_counts() -> None:
 
 
 def test_no_verdict_stands_in_the_data() -> None:
-    files = Path(numbers.__file__).parents[1].glob("*/printed/*.toml")
+    files = Path(numbers.__file__).parents[1].glob("papers/*/printed/*.toml")
     text = "".join(file.read_text(encoding="utf-8") for file in files).lower()
     for word in (
         "reproduced",

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import jsonschema
 
-from tests.derive.texts.test_benchmark import write_text
+from tests.derive.audit.texts.test_benchmark import write_text
 from tests.support.cli import answer, refusal
 from tests.support.schemas import load_schema
 

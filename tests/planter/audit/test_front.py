@@ -6,7 +6,7 @@ import csv
 import json
 from pathlib import Path
 
-from planter.planting.printed.attainable import load_paper_points
+from planter.papers.planting.printed.attainable import load_paper_points
 from tests.support.cli import answer, refusal
 
 TABLE1 = {"theory": (122.17, 1907.32), "experiment": (147.03, 1033.23)}

@@ -19,11 +19,11 @@ from scipy.optimize import linprog
 
 from planter.audit import numbers, verdicts
 from planter.audit.registry import FORMULAS, Inputs
-from planter.clutch.printed import formulas
 from planter.errors import PlanterError
-from planter.pickup.printed import inverse
-from planter.planting.printed import support_force as force
-from tests.planter.pickup import pickups
+from planter.papers.clutch.printed import formulas
+from planter.papers.pickup.printed import inverse
+from planter.papers.planting.printed import support_force as force
+from tests.planter.papers.pickup import pickups
 
 LAW = {
     "L1_mm": 93.3377,

@@ -14,8 +14,8 @@ import pytest
 
 from planter.audit import numbers
 from planter.files import examples
-from planter.gear_geometry import families
-from planter.planting import file
+from planter.gears.geometry import families
+from planter.papers.planting import file
 from tests.support.cli import answer, refusal, run
 
 ROOT = Path(__file__).parents[3]
@@ -64,7 +64,9 @@ AT = {
 
 
 def calibration_targets() -> list[str]:
-    text = (ROOT / "planter" / "planting" / "calibration.toml").read_text(encoding="utf-8")
+    text = (ROOT / "planter" / "papers" / "planting" / "calibration.toml").read_text(
+        encoding="utf-8"
+    )
     return list(tomllib.loads(text)["target"])
 
 

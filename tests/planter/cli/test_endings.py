@@ -212,7 +212,7 @@ import sys
 import casadi as ca
 from planter.kernels.backends import defer_interrupt
 from planter.progress import name_step
-from planter.terminal import process
+from planter.report import process
 
 process.listen_signals()
 matrix = ca.SX.sym("A", 11, 11)  # minutes, within one call of compiled code

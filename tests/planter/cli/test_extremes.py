@@ -7,12 +7,12 @@ from collections.abc import Callable, Mapping
 
 import pytest
 
-from planter.clutch.file import load_clutch
 from planter.errors import InputError
 from planter.files.document import Document
-from planter.mapping.file import load_poses
-from planter.pickup.file import load_pickup as load_pickup
-from planter.planting.file import load as load_device
+from planter.papers.clutch.file import load_clutch
+from planter.papers.mapping.file import load_poses
+from planter.papers.pickup.file import load_pickup as load_pickup
+from planter.papers.planting.file import load as load_device
 from tests.support import cli, own
 
 Load = Callable[[str, Mapping[str, float]], Document]

@@ -18,9 +18,10 @@ from planter.engine.machine import Machine, load_machine
 from planter.engine.measures import parse_limit, parse_sum
 from planter.engine.outputs import SampledOutputs
 from planter.engine.piecewise import build_clearance, build_distance
-from planter.engine.proof import check_provable
+from planter.engine.proof.sums import check_provable
 from planter.engine.response import MachineResponse
 from planter.engine.search import SearchSpec
+from planter.engine.solvers.constraints import ConstrainedModel
 from planter.errors import ComputationError, InputError
 from planter.exports.quantities import SampledGoal
 from planter.kernels import Array
@@ -28,11 +29,10 @@ from planter.mechanism.file import load
 from planter.mechanism.machines import build_machine
 from planter.mechanism.optimisation import evaluate_limits, optimise_machine
 from planter.mechanism.presentation import format_optimum_file
-from planter.optimise.constraints import ConstrainedModel
-from planter.planting.swept import ADAPTER
-from planter.sweeps.plan import Plan
-from planter.sweeps.sweep import Sweep
-from tests.planter.optimise.toys import check_derivatives
+from planter.papers.planting.swept import ADAPTER
+from planter.rows.sweeps.plan import Plan
+from planter.rows.sweeps.sweep import Sweep
+from tests.planter.engine.solvers.toys import check_derivatives
 from tests.support import own
 from tests.support.reference import evaluate
 

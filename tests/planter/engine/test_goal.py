@@ -14,7 +14,7 @@ from planter.errors import InputError
 from planter.kernels import Array
 from planter.mechanism.machines import build_machine
 from planter.numerics.arrays import TURN
-from tests.planter.optimise.toys import check_derivatives
+from tests.planter.engine.solvers.toys import check_derivatives
 from tests.support import own
 from tests.support.reference import evaluate
 

@@ -16,7 +16,7 @@ from planter.engine.nodes import FixedNodes
 from planter.engine.response import MachineResponse
 from planter.errors import ComputationError, InputError
 from planter.mechanism.machines import build_machine
-from tests.planter.optimise.toys import check_derivatives
+from tests.planter.engine.solvers.toys import check_derivatives
 from tests.support import own
 
 NAMES = ("slider_crank", "cam_follower")

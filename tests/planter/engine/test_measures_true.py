@@ -12,7 +12,7 @@ from planter.engine.goal import Goal, resolve_measure
 from planter.engine.machine import Machine
 from planter.engine.measures import parse_sum
 from planter.engine.sensitivity import compute_sensitivity
-from planter.optimise.cycle_panels import CyclePanels
+from planter.engine.solvers.cycle_panels import CyclePanels
 from tests.support.integrands import INTEGRANDS
 
 SINGULAR = "logarithm"

@@ -15,11 +15,11 @@ from planter.engine.loops import TURN
 from planter.engine.machine import Machine, load_machine
 from planter.engine.measures import Extremum, Measure
 from planter.engine.nodes import ExtremumNode, FixedNodes, Nodes
+from planter.engine.solvers.cycle_panels import CyclePanels
 from planter.engine.summary import summarise_machine
 from planter.kernels import Array
 from planter.mechanism.machines import build_machine
-from planter.optimise.cycle_panels import CyclePanels
-from tests.planter.optimise.toys import check_derivatives
+from tests.planter.engine.solvers.toys import check_derivatives
 from tests.support import own
 
 NAMES = ("s", "F_Ox")

@@ -10,14 +10,14 @@ from planter.engine.machine import Machine, load_machine
 from planter.engine.measures import Measure, parse_limit, parse_sum
 from planter.engine.problem import DesignProblem, build_problem
 from planter.engine.search import InterruptedSearch, SearchSpec, minimise
+from planter.engine.solvers.local_search import sample_starts, search_locally
+from planter.engine.solvers.optimiser import Method
+from planter.engine.solvers.range_variance import Sampling
 from planter.errors import InputError
 from planter.mechanism.optimisation import optimise_machine
-from planter.optimise.local_search import sample_starts, search_locally
-from planter.optimise.optimiser import Method
-from planter.optimise.range_variance import Sampling
-from planter.parallel.task import Means
 from planter.progress import Progress
-from tests.planter.optimise.test_smooth import SHORT
+from planter.task import Means
+from tests.planter.engine.solvers.test_smooth import SHORT
 from tests.support import own
 from tests.support.cli import answer, refusal
 

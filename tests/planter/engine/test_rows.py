@@ -14,9 +14,8 @@ from planter.engine.machine import load_machine
 from planter.engine.response import MachineResponse
 from planter.engine.rows import MachineRows, SampleBlock
 from planter.errors import ComputationError
-from planter.kernels import Array, Kernel, backends
+from planter.kernels import Array, Flags, Kernel, backends
 from planter.mechanism.machines import build_machine
-from planter.numerics.arrays import Flags
 from tests.planter.mechanism.test_periodicity import belt
 from tests.support import own
 

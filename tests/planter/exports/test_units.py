@@ -12,9 +12,8 @@ import numpy as np
 import pytest
 
 from planter.engine.machine import load_machine
-from planter.exports import fmu
+from planter.exports import co_simulation, fmu
 from planter.exports.quantities import build_motion
-from planter.interchange import co_simulation
 from planter.mechanism import file
 from planter.mechanism.model import Model
 from tests.planter.exports.exported import machine_file

@@ -10,8 +10,8 @@ import pytest
 
 from planter.errors import InputError
 from planter.files import csv_rows
-from planter.mapping.curve import load_curve
-from planter.pickup.file import parse_points
+from planter.papers.mapping.curve import load_curve
+from planter.papers.pickup.file import parse_points
 from tests.support.cli import refusal
 
 GOOD = "# first\n\nx_mm, y_mm\n1,2\n# in between\n3,4.5\n"

@@ -8,14 +8,14 @@ from pathlib import Path
 
 import pytest
 
+from planter.cli.explain import dictionary
+from planter.cli.explain.machine import explain_machine, find_meanings
 from planter.engine.goal import resolve_limit, resolve_measure
 from planter.engine.machine import Machine, load_machine
 from planter.engine.measures import parse_limit, parse_sum
 from planter.engine.outputs import find_output
 from planter.engine.summary import PiecewiseCycle, build_rows, summarise
 from planter.errors import InputError
-from planter.explain import dictionary
-from planter.explain.machine import explain_machine, find_meanings
 from planter.files.spelling import find_spelled, list_spellings
 from planter.mechanism.machines import build_machine
 from planter.report.labels import format_name

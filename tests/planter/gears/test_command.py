@@ -14,14 +14,14 @@ import pytest
 import shapely
 
 from planter.files import examples
-from planter.gear_geometry.cutting import ToothOrder
-from planter.gear_geometry.polygons import build_polygon
+from planter.gears.geometry.cutting import ToothOrder
+from planter.gears.geometry.polygons import build_polygon
 from planter.gears.parts import PlacedGear
-from planter.mapping.curve import AngleCurve
-from planter.mapping.train import Train, polar_curves
-from planter.planting import toothed
-from planter.planting.file import load
-from planter.planting.model import Device
+from planter.papers.mapping.curve import AngleCurve
+from planter.papers.mapping.train import Train, polar_curves
+from planter.papers.planting import toothed
+from planter.papers.planting.file import load
+from planter.papers.planting.model import Device
 from tests.support.cli import answer, refusal
 from tests.support.outlines import read_dxf
 from tests.support.schemas import load_schema

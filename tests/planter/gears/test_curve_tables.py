@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from planter.errors import PlanterError
-from planter.gear_geometry.pitch_curves import POLAR as POLAR_ROW
-from planter.gear_geometry.pitch_curves import build_sampled_pair
+from planter.gears.geometry.pitch_curves import POLAR as POLAR_ROW
+from planter.gears.geometry.pitch_curves import build_sampled_pair
 from planter.gears.request import GearTurns, load_pair
 from planter.kernels import Array
 from planter.numerics import piecewise

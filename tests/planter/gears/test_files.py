@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from planter.gear_geometry import cutting, pitch_curves
-from planter.gear_geometry.cutting import ToothOrder
+from planter.gears.geometry import cutting, pitch_curves
+from planter.gears.geometry.cutting import ToothOrder
 from planter.gears.parts import GearPart, PartSettings, PlacedGear
+from planter.gears.workshop.arcs import Arcs
+from planter.gears.workshop.drawing import Bore, Keyway
 from planter.kernels import Array
-from planter.planting import file
-from planter.planting.model import Device
-from planter.workshop.arcs import Arcs
-from planter.workshop.drawing import Bore, Keyway
+from planter.papers.planting import file
+from planter.papers.planting.model import Device
 from tests.support.cli import refusal
 from tests.support.outlines import between, read_dxf, sampled
 

@@ -15,9 +15,9 @@ import pytest
 from planter import workers
 from planter.kernels import backends, compiler, toolchain
 from planter.kernels.compiler import LINUX, MACOS, WINDOWS, Platform
-from planter.planting.file import load
-from planter.planting.model import Device
-from planter.planting.objective import CycleObjective
+from planter.papers.planting.file import load
+from planter.papers.planting.model import Device
+from planter.papers.planting.objective import CycleObjective
 from tests.support.lanes import needs_compiler
 
 needs_bundled = pytest.mark.skipif(

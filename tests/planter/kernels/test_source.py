@@ -20,9 +20,9 @@ from planter.kernels import toolchain
 from planter.kernels.backends import LARGE_FUNCTION, LaneTask
 from planter.kernels.lane_graph import LaneGraph
 from planter.kernels.lane_source import print_file
-from planter.planting import file
-from planter.planting.functions import MODELS, Model
-from planter.planting.model import Device
+from planter.papers.planting import file
+from planter.papers.planting.functions import MODELS, Model
+from planter.papers.planting.model import Device
 from tests.support.lanes import STRICT, compiled, needs_compiler, work
 from tests.support.sampled import sampled
 

@@ -36,7 +36,7 @@ from planter.measured.presentation import draw_reading
 from planter.measured.reading import Channel, DataReading, Measurement
 from planter.measured.sensor_curve import SensorCurve, interpolate_periodic, name_parameter
 from planter.numerics.arrays import TURN
-from planter.planting.model import build_machine
+from planter.papers.planting.model import build_machine
 from tests.planter.measured.test_noise import correlate
 from tests.planter.measured.test_sensor import build_knife, write_file
 from tests.support import machines, own

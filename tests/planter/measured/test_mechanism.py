@@ -17,7 +17,7 @@ from planter.measured.reading import Columns
 from planter.mechanism.calibration import MeasuredSource, calibrate_to_data
 from planter.mechanism.file import load
 from planter.mechanism.model import Model
-from planter.parallel.task import AUTO, Means
+from planter.task import AUTO, Means
 from tests.support import own
 from tests.support.cli import answer, refusal
 

@@ -26,11 +26,11 @@ from planter.mechanism.cycle import simulate_machine
 from planter.mechanism.file import build_from_table, load
 from planter.mechanism.machines import build_machine
 from planter.numerics.arrays import TURN
-from planter.planting.file import PlantingMachine
-from planter.planting.model import Device
+from planter.papers.planting.file import PlantingMachine
+from planter.papers.planting.model import Device
+from planter.report.subject import Movable, open_machine
 from planter.studio.static_model import StaticPageModel
 from planter.studio.static_page import file_template
-from planter.view.subject import Movable, open_machine
 from tests.support import machines, own
 from tests.support.cli import answer, refusal
 from tests.support.tables import read_cycle_csv

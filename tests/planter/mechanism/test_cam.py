@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 
+from planter.gears.workshop.cam import find_lift_off
 from planter.mechanism import cam
 from planter.mechanism.model import Model
-from planter.workshop.cam import find_lift_off
 from tests.support import own
 from tests.support.cli import answer, refusal
 

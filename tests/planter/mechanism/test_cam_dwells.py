@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from derive.systems.planting import flanks
+from derive.papers.planting import flanks
 from planter.errors import ComputationError
 from planter.kernels import Array
 from planter.mechanism import cam
@@ -29,7 +29,7 @@ FINE = np.linspace(0.0, 2 * np.pi, 20_001)
 HEAD = """
 from sympy import Piecewise, Rational, cos, pi
 from derive import Mechanism, Y, quantities, wrap
-from derive.systems.planting import flanks
+from derive.papers.planting import flanks
 q = quantities('''
     phi | rad | angle
     omega | r/min | speed | 120

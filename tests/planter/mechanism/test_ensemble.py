@@ -16,7 +16,7 @@ from planter.errors import InputError
 from planter.kernels import Array
 from planter.mechanism import ensemble
 from planter.mechanism.ensemble import EnsembleSpec, MechanismEnsemble, compute_ensemble
-from planter.parallel.task import AUTO, Means
+from planter.task import AUTO, Means
 from tests.support import own
 from tests.support.cli import answer, run
 from tests.support.schemas import load_schema

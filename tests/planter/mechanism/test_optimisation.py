@@ -16,17 +16,17 @@ from planter.engine.machine import load_machine
 from planter.engine.measures import parse_sum
 from planter.engine.problem import build_problem
 from planter.engine.search import SearchSpec
+from planter.engine.solvers.optimiser import METHODS
+from planter.engine.solvers.range_variance import CurveSumObjective
 from planter.errors import ComputationError, InputError
 from planter.mechanism.file import load
 from planter.mechanism.machines import build_machine
 from planter.mechanism.model import Model
 from planter.mechanism.optimisation import optimise_machine
-from planter.optimise.optimiser import METHODS
-from planter.optimise.range_variance import CurveSumObjective
-from planter.parallel.task import Means
-from planter.planting.file import PlantingMachine
-from planter.planting.model import Device
-from tests.planter.optimise.test_smooth import SHORT
+from planter.papers.planting.file import PlantingMachine
+from planter.papers.planting.model import Device
+from planter.task import Means
+from tests.planter.engine.solvers.test_smooth import SHORT
 from tests.support import own
 from tests.support.cli import answer, refusal
 from tests.support.schemas import load_schema

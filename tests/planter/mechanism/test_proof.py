@@ -18,9 +18,14 @@ import pytest
 
 from planter.engine.goal import Goal
 from planter.engine.measures import parse_limit, parse_sum
-from planter.engine.proof import ProvedQuantity, build_provable_objective
+from planter.engine.proof import enclosures
+from planter.engine.proof.enclosures import EnclosedResponse, ObjectiveBounds, enclose_samples
+from planter.engine.proof.intervals import Ball, Unbounded
+from planter.engine.proof.jets import ANYWHERE, Jet, Space
+from planter.engine.proof.objective import ProvableObjective
+from planter.engine.proof.search import GlobalBound, Incumbent, prove_bound
+from planter.engine.proof.sums import ProvedQuantity, build_provable_objective
 from planter.engine.response import MachineResponse
-from planter.files.text import read_json
 from planter.kernels import Array
 from planter.kernels.generated import find_periodic
 from planter.mechanism.cycle import compute_cycle
@@ -28,14 +33,9 @@ from planter.mechanism.file import MechanismFile
 from planter.mechanism.machines import build_machine
 from planter.mechanism.model import Model
 from planter.mechanism.proof import EnclosedMechanism
-from planter.optimise.proof import enclosures
-from planter.optimise.proof.enclosures import EnclosedResponse, ObjectiveBounds, enclose_samples
-from planter.optimise.proof.intervals import Ball, Unbounded
-from planter.optimise.proof.jets import ANYWHERE, Jet, Space
-from planter.optimise.proof.objective import ProvableObjective
-from planter.optimise.proof.search import GlobalBound, Incumbent, prove_bound
 from planter.report.presentation import describe_proof
-from tests.planter.optimise.proof.tampering import renew
+from planter.text_files import read_json
+from tests.planter.engine.proof.tampering import renew
 from tests.support import own
 from tests.support.cli import answer, refusal, run
 from tests.support.schemas import load_schema

@@ -23,8 +23,8 @@ from derive import (
 from derive.mechanics.statement import MechanismError
 from planter.kernels import Array
 from planter.mechanism.dynamics import MotionRun
-from planter.planting.file import load
-from planter.planting.model import Device
+from planter.papers.planting.file import load
+from planter.papers.planting.model import Device
 from tests.support import own
 
 TRAIN, PRESS = "released_train", "released_press"

@@ -16,13 +16,13 @@ import pytest
 import scipy.integrate
 from numpy.typing import NDArray
 
+from planter import paths
 from planter.errors import InputError
-from planter.files import paths
-from planter.files.text import MOST_VALUES, check_values
 from planter.kernels.formulas import HOISTED
 from planter.mechanism.dynamics import Dynamics
 from planter.mechanism.file import load
 from planter.mechanism.machines import build_machine
+from planter.text_files import MOST_VALUES, check_values
 from tests.planter.exports.exported import Library
 from tests.support import own
 from tests.support.cli import answer

@@ -14,13 +14,13 @@ import pytest
 
 from planter.engine.machine import load_machine
 from planter.engine.search import FailedSearchError, InterruptedSearch, SearchSpec, minimise
+from planter.engine.solvers.local_search import find_minima
 from planter.errors import ComputationError
 from planter.mechanism import optimisation
 from planter.mechanism.optimisation import StatedGoal, optimise_machine
-from planter.optimise.local_search import find_minima
 from planter.progress import Progress
-from planter.terminal import process
-from planter.terminal.console import Console
+from planter.report import process
+from planter.report.console import Console
 from tests.support import own
 from tests.support.cli import answer, run
 
@@ -154,7 +154,7 @@ def test_failed_workers_leave_the_best_design(monkeypatch: pytest.MonkeyPatch) -
         yield next(minima)
         raise ComputationError("5 worker processes ended at the same job")
 
-    monkeypatch.setattr("planter.optimise.local_search.find_minima", fail)
+    monkeypatch.setattr("planter.engine.solvers.local_search.find_minima", fail)
     candidate: list[Any] = []
     with pytest.raises(FailedSearchError, match="worker processes ended") as caught:
         optimise_machine(

@@ -13,7 +13,7 @@ import pytest
 from planter import safe_text
 from planter.errors import ComputationError, InputError
 from planter.files import examples
-from planter.planting import file
+from planter.papers.planting import file
 from planter.report import files
 from tests.support.tables import read_cycle_csv, write_cycle_csv
 

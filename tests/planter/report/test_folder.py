@@ -10,7 +10,6 @@ from pathlib import Path
 import pytest
 
 from planter.errors import InputError
-from planter.files.text import read_text
 from planter.report import bundle, files
 from planter.report.folder import (
     LOCK_NAME,
@@ -20,6 +19,7 @@ from planter.report.folder import (
     renew_files,
     renews_files,
 )
+from planter.text_files import read_text
 
 
 @renews_files

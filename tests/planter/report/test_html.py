@@ -14,11 +14,11 @@ from planter import simulate
 from planter.kernels import generated
 from planter.mechanism.presentation import present_cycle
 from planter.mechanism.results import MechanismWarning
-from planter.planting.design_presentation import present_optimum
-from planter.planting.file import load
-from planter.planting.model import Device
-from planter.planting.optimisation import Optimisation, optimise
-from planter.planting.report.forces import draw_support_force
+from planter.papers.planting.design_presentation import present_optimum
+from planter.papers.planting.file import load
+from planter.papers.planting.model import Device
+from planter.papers.planting.optimisation import Optimisation, optimise
+from planter.papers.planting.report.forces import draw_support_force
 from planter.report import html, style
 
 EVIL = "<script>alert('x')</script> & \"more\""

@@ -7,9 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from planter.clutch.file import load_clutch
-from planter.records import Record
-from planter.report import style
+from planter.files.record import Record
+from planter.papers.clutch.file import load_clutch
+from planter.report import process, style
+from planter.report.console import Console
 from planter.report.html import Folded, Items, KeyFigure, Keys, Section, Table, Text
 from planter.report.labels import list_values, tabulate_angles
 from planter.report.presentation import (
@@ -19,8 +20,6 @@ from planter.report.presentation import (
     find_key_figures,
     tabulate_inputs,
 )
-from planter.terminal import process
-from planter.terminal.console import Console
 
 
 @dataclass(frozen=True)

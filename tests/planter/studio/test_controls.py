@@ -16,11 +16,11 @@ import pytest
 from planter.errors import PlanterError
 from planter.files import examples
 from planter.mechanism.show import MechanismView
+from planter.report.animation import pack_scene
+from planter.report.picture import draw_picture
+from planter.report.scene import Scene
+from planter.report.subject import Shown, Values, find_farthest, open_machine
 from planter.studio.session import Session
-from planter.view.animation import pack_scene
-from planter.view.picture import draw_picture
-from planter.view.scene import Scene
-from planter.view.subject import Shown, Values, find_farthest, open_machine
 from tests.support import own
 
 MACHINES = [name for name in examples.list_examples(None, ".toml") if name != "compact"]

@@ -15,9 +15,9 @@ from websockets.sync.client import ClientConnection
 
 from planter.cli.app import build_application
 from planter.errors import InputError
+from planter.report.subject import open_machine
 from planter.studio.process import export_path, find_export
 from planter.studio.session import Session
-from planter.view.subject import open_machine
 from tests.planter.studio.serving import answer, line, open_line, page_of, until
 from tests.support.cli import answer as command
 

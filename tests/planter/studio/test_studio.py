@@ -18,8 +18,8 @@ from websockets.exceptions import InvalidStatus
 from planter import simulate
 from planter.errors import InputError
 from planter.files.examples import example
-from planter.planting.file import load
-from planter.planting.model import Device
+from planter.papers.planting.file import load
+from planter.papers.planting.model import Device
 from planter.studio.session import LARGEST, Session
 from tests.planter.studio.serving import (
     answer,

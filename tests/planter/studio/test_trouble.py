@@ -15,8 +15,8 @@ from playwright.sync_api import Page, WebSocketRoute, expect, sync_playwright
 
 from planter import simulate
 from planter.files.examples import example
-from planter.planting.file import load
-from planter.planting.model import Device
+from planter.papers.planting.file import load
+from planter.papers.planting.model import Device
 from planter.studio.process import to_page_words
 from planter.studio.session import Session
 from tests.planter.studio.serving import answer, line, message_with, page_of, studio

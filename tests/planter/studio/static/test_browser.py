@@ -13,8 +13,8 @@ import pytest
 from playwright.sync_api import Page, expect, sync_playwright
 
 from planter import simulate
-from planter.planting.file import load
-from planter.planting.model import Device
+from planter.papers.planting.file import load
+from planter.papers.planting.model import Device
 from tests.planter.studio.static.told import Told
 from tests.support.browser import browser
 from tests.support.cli import answer

@@ -13,11 +13,11 @@ import numpy as np
 import pytest
 
 from planter.kernels import compiler, programs
-from planter.planting.file import PlantingMachine, load
-from planter.planting.model import Device
-from planter.planting.objective import CycleObjective
-from planter.planting.show import PlantingView
-from planter.view.subject import open_machine
+from planter.papers.planting.file import PlantingMachine, load
+from planter.papers.planting.model import Device
+from planter.papers.planting.objective import CycleObjective
+from planter.papers.planting.show import PlantingView
+from planter.report.subject import open_machine
 from tests.planter.studio.static.told import TWELVE, Told, assert_drawn
 from tests.support import pairs
 from tests.support.cli import run

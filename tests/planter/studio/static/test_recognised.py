@@ -13,10 +13,10 @@ import pytest
 
 from planter.errors import ComputationError
 from planter.mechanism.show import MechanismView
+from planter.report.scene import Scene
+from planter.report.subject import Movable, Values, open_machine
 from planter.studio.static_model import Recogniser
 from planter.studio.static_page import bundle_modules, file_template
-from planter.view.scene import Scene
-from planter.view.subject import Movable, Values, open_machine
 from tests.planter.studio.static.told import assert_drawn
 from tests.support import own
 

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from planter.kernels import Array
-from planter.view.scene import Scene
+from planter.report.scene import Scene
 from tests.support.wasm import Running
 
 TWELVE = 1e-12

@@ -1,0 +1,611 @@
+"""A paper on trial from its own text: its displayed equations, read and compared with a mechanism
+or formulas.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from importlib.util import module_from_spec, spec_from_file_location
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import sympy as sp
+
+from ...equations import UNCLAIMED, Claimed, Definition, Equation, Relation, what
+from ...evaluate import Point
+from ...generated_folder import OwnError, blame_user_file
+from ...quantity import Quantity
+from ..case import Case
+from ..comparison import Comparison
+from ..judge import holds
+from ..paper import Paper, Subject
+from ..user_mechanism.configurations import ConfigurationSubject
+from ..user_mechanism.subject import MechanismSubject
+from ..user_mechanism.trial import SECONDS, build_subject, trial
+from .corrections import Repair, find_repairs
+from .definitions import TextDefinition, find_meant, is_meaning
+from .documents import Row, TextDocument, TextError, list_rows, read_document
+from .formula import (
+    Bracket,
+    Derivative,
+    FormulaError,
+    Matrix,
+    Name,
+    Node,
+    Number,
+    Product,
+    RelationChain,
+    Symbol,
+    expand_matrix_macros,
+    list_nodes,
+    read_formula,
+)
+from .interpretation import Read, interpret_formula
+from .names import NameTable, Stated, StatedNames, find_stated, read_name_table
+from .values import OperandError, Scalar, Value
+
+ANNOUNCEMENT = re.compile(
+    r"(?i)\blineari[sz]|\bsmall(?:[ -]\w+)?[ "
+    r"-](?:angle|displacement|deflection|oscillation|rotation|vibration|motion)"
+    r"|\bfirst[ -]order\b|\bsmall[ -]angle|\\sin\s*\{?\\?\w+\}?\s*\\(?:approx|simeq)|\bnear "
+    r"(?:the|its) equilibrium"
+)
+"""Words and formulas that say that motions are small."""
+
+
+@dataclass
+class ReadRow:
+    """A row of a text: its tree and its sides, both None if it is refused, and why it is not
+    judged.
+
+    ``names`` are the meanings that hold in it.
+    """
+
+    row: Row
+    names: StatedNames
+    chain: RelationChain | None = None
+    read: Read | None = None
+    reason: str = ""
+    number: str = ""
+    defines: Symbol | None = None
+
+    @property
+    def record(self) -> dict[str, Any]:
+        """Return the place of the row, whether it was read, and why it is not judged if it is
+        not.
+        """
+        status = "refused" if self.chain is None else "read"
+        return {
+            "file": self.row.file,
+            "line": self.row.line,
+            "status": status,
+            "reason": self.reason,
+        }
+
+
+@dataclass(frozen=True)
+class Place:
+    """Place of an equation of the paper: its row, and which of the row's residuals it is."""
+
+    row: ReadRow
+    index: int
+
+
+@dataclass
+class PrintedText:
+    """A text whose rows were read: what the audit asks about the place and the own LaTeX of an
+    equation.
+    """
+
+    document: TextDocument
+    names: StatedNames
+    rows: list[ReadRow]
+    places: dict[str, Place] = field(default_factory=dict)
+    _repairs: dict[str, Repair | None] = field(default_factory=dict)
+    _outcomes: dict[str, dict[str, list[bool] | None]] = field(default_factory=dict)
+
+    def repair(
+        self, number: str, points: list[Point], draw: Callable[[int], list[Point]]
+    ) -> Repair | None:
+        """Return the smallest change of an equation's own LaTeX after which it holds at points,
+        None without one.
+
+        ``draw`` returns a number of random admissible points.
+        """
+        if number not in self._repairs:
+            place = self.places[number]
+            repairs = find_repairs(
+                place.row.row.latex,
+                place.index,
+                place.row.names,
+                points,
+                self.document.macros,
+                self.list_vocabulary(),
+                draw,
+                self._outcomes.setdefault(place.row.row.number, {}),
+            )
+            self._repairs[number] = repairs
+        return self._repairs[number]
+
+    def explain_unjudged(self, number: str) -> str:
+        """Return why an equation cannot be judged, empty if it can."""
+        return self.places[number].row.reason
+
+    def announces_small_motion(self, number: str) -> bool:
+        """Return whether the text says before an equation that motions are small, or that it
+        linearises.
+        """
+        line = self.places[number].row.row.line
+        before = "\n".join(self.document.text.split("\n")[: self.document.lines.index(line) + 1])
+        return ANNOUNCEMENT.search(before) is not None
+
+    def list_rows(self) -> list[dict[str, Any]]:
+        """Return place, status and reason of every displayed row."""
+        return [entry.record for entry in self.rows]
+
+    def list_vocabulary(self) -> list[str]:
+        """Return the names of the text that have a meaning, as they are printed."""
+        spelled: dict[str, Symbol] = {}
+        for row in self.rows:
+            for symbol in list_symbols(row.chain):
+                if self.names.is_known(symbol):
+                    spelled.setdefault(symbol.spell(), symbol)
+        return sorted(spelled)
+
+    def describe(self, number: str) -> dict[str, Any]:
+        """Return file, line and LaTeX of an equation, and its LaTeX corrected, empty if no change
+        corrects it.
+        """
+        row = self.places[number].row.row
+        repair = self._repairs.get(number)
+        corrected = "" if repair is None else repair.latex
+        return {
+            "file": row.file,
+            "line": row.line,
+            "latex": row.latex,
+            "corrected_latex": corrected,
+        }
+
+
+def list_symbols(chain: RelationChain | None) -> list[Symbol]:
+    """List the names in a formula."""
+    return (
+        []
+        if chain is None
+        else [node.symbol for node in list_nodes(chain) if isinstance(node, Name)]
+    )
+
+
+def load_module(path: Path) -> ModuleType:
+    """Run a user's Python file and return it as a module. Raises OwnError for what it raises."""
+    import sys
+
+    if not path.is_file():
+        raise OwnError(f"{path}: there is no such file")
+    name = f"derive_own_{path.stem}"
+    spec = spec_from_file_location(name, path)
+    if spec is None or spec.loader is None:
+        raise OwnError(f"{path}: --against needs a Python file that states a mechanism")
+    with blame_user_file(path):
+        sys.path.append(str(path.parent))
+        try:
+            sys.modules[name] = module = module_from_spec(spec)
+            spec.loader.exec_module(module)
+        finally:
+            sys.path.remove(str(path.parent))
+    return module
+
+
+def read_trial(text: str | Path, against: str | Path, names: str | Path | None = None) -> Case:
+    """Read a text and compare its equations with the mechanism or the formulas of a file.
+
+    ``names`` is a file of meanings; names without an entry there mean the quantity whose name they
+    spell. Raises OwnError, which names the file, for a text, names or a mechanism that cannot be
+    used.
+    """
+    try:
+        document = read_document(Path(text))
+    except TextError as error:
+        raise OwnError(str(error)) from None
+    table = NameTable() if names is None else read_name_table(Path(names))
+    module = load_module(Path(against))
+    stated = find_stated(module)
+    return build_trial(document, stated, table, module)
+
+
+def build_trial(
+    document: TextDocument, stated: Stated, table: NameTable, module: ModuleType | None = None
+) -> Case:
+    """Build the case of a document, in which equations that do not hold claim what they come
+    closest to.
+    """
+    case = read_case(document, stated, table, module)
+    if meant := _test_definitions(case):
+        table = replace(table, meanings={**table.meanings, **meant})
+        case = read_case(document, stated, table, module)
+        _test_definitions(case)
+    _claim_what_fails(case, case.paper)
+    return case
+
+
+def _test_definitions(case: Case) -> dict[str, str]:
+    """Return what names must mean that the text defines wrongly; definitions that the mechanism
+    confirms are equations.
+
+    Rows are judged with names as they are meant, and a wrong definition as an equation, which does
+    not hold.
+    """
+    printed, points = case.source, case.points
+    assert isinstance(printed, PrintedText)
+    meant: dict[str, str] = {}
+
+    def count_holding(definition: TextDefinition, names: StatedNames) -> int:
+        return sum(
+            _row_holds(row, names, printed.document, points)
+            for row in _list_resting(printed, definition)
+        )
+
+    for row in printed.rows:
+        if row.defines is None:
+            continue
+        definition = TextDefinition(row.defines, row.row.number, row.row.latex)
+        if is_meaning(printed.names, definition, points):
+            equation = case.paper.equations[definition.number]
+            case.paper.equations[definition.number] = replace(equation, claims=UNCLAIMED)
+        elif text := find_meant(
+            printed.names,
+            definition,
+            printed.document,
+            points,
+            case.draw,
+            printed.list_vocabulary(),
+            count_holding,
+        ):
+            meant[definition.spelling] = text
+    return meant
+
+
+def _list_resting(printed: PrintedText, definition: TextDefinition) -> list[ReadRow]:
+    """List the rows that speak of a name that a text defines, or of its rates."""
+    return [
+        row
+        for row in printed.rows
+        if row.read is not None
+        and not row.reason
+        and any(symbol.base.spell() == definition.spelling for symbol in list_symbols(row.chain))
+    ]
+
+
+def _row_holds(
+    row: ReadRow, names: StatedNames, document: TextDocument, points: list[Point]
+) -> bool:
+    """Return whether all that a row states holds under some meanings."""
+    entry = read_row(row.row, names, document)
+    if entry.read is None or entry.reason:
+        return False
+    for _, relation, left, right in entry.read.residuals(names):
+        residual = sp.sympify(left.value - right.value)
+        if relation != "=" or any(
+            s not in point for s in residual.free_symbols for point in points
+        ):
+            return False
+        if residual != 0 and not holds(residual, tuple(points)):
+            return False
+    return True
+
+
+def read_case(
+    document: TextDocument, stated: Stated, table: NameTable, module: ModuleType | None = None
+) -> Case:
+    """Read the case of a document: every row that can be read for certain becomes an equation of
+    the paper.
+    """
+    document = replace(document, macros={**document.macros, **table.macros})
+    until = table.until_s or SECONDS
+    subject = build_subject(stated, until)
+    names = StatedNames(stated, list_quantities(stated, subject), table, module)
+    paper = Paper(re.sub(r"\W+", "_", Path(document.name).stem), document.name)
+    printed = PrintedText(document, names, [])
+    claims = subject.claims()
+    by_sentence = {str(claim): claim for claim in claims}
+    for row in list_rows(document):
+        entry_of_row = table.rows.get(row.number, {})
+        entry = read_row(row, names.with_meanings(entry_of_row.get("names", {})), document)
+        printed.rows.append(entry)
+        if entry_of_row.get("skip"):
+            entry.reason = f"left out: {entry_of_row['skip']}"
+        if entry.chain is not None:
+            claim = _find_claim(entry_of_row, by_sentence, table, row)
+            _add_row(entry, claim, printed, paper, claims)
+    if unknown := sorted(table.rows.keys() - {entry.row.number for entry in printed.rows}):
+        numbers = ", ".join(entry.row.number for entry in printed.rows[:20]) or "none"
+        raise OwnError(
+            f"{table.file}: rows.{unknown[0]}: {document.name} has no such row; it has {numbers}"
+        )
+    return replace(trial(stated, paper, until), source=printed)
+
+
+def _find_claim(
+    entry_of_row: Mapping[str, Any], by_sentence: Mapping[str, Claimed], table: NameTable, row: Row
+) -> Claimed | None:
+    sentence = entry_of_row.get("claims")
+    if sentence is None:
+        return None
+    if sentence not in by_sentence:
+        from difflib import get_close_matches
+
+        close = get_close_matches(sentence, by_sentence, 3)
+        hint = f"; near it: {'; '.join(close)}" if close else ""
+        raise OwnError(
+            f"{table.file}: rows.{row.number}.claims = {sentence!r}: nothing here states it{hint}"
+        )
+    return by_sentence[sentence]
+
+
+def list_quantities(stated: Stated, subject: Subject) -> dict[str, Quantity]:
+    """Return the quantities of a mechanism or of formulas by name."""
+    quantities = dict(stated.given)
+    if isinstance(subject, MechanismSubject | ConfigurationSubject):
+        quantities |= {q.name: q for q in sorted(subject.quantities, key=str)}
+    symbols = set().union(*(e.residual.free_symbols for e in subject.claims().values()))
+    quantities |= {s.name: s for s in sorted(symbols, key=str) if isinstance(s, Quantity)}
+    return {name: quantity for name, quantity in quantities.items() if not _INTERNAL.search(name)}
+
+
+def read_row(row: Row, names: StatedNames, document: TextDocument) -> ReadRow:
+    """Read a row; what cannot be read for certain has its reason."""
+    entry = ReadRow(row, names, reason=row.refused)
+    if row.refused:
+        return entry
+    try:
+        entry.row = row = replace(row, latex=expand_matrix_macros(row.latex, document.macros))
+        entry.chain = read_formula(row.latex, document.macros)
+        abbreviation = _own_name(entry.chain, names)
+        if abbreviation is not None:
+            entry.read = interpret_formula(
+                replace(entry.chain, sides=entry.chain.sides[1:], relations=()), names
+            )
+            _define(abbreviation, entry, names)
+        else:
+            entry.read = interpret_formula(entry.chain, names)
+            if set(entry.chain.relations) == {"~"}:
+                entry.reason = "an approximation: no value could contradict it"
+    except (FormulaError, OperandError) as error:
+        entry.reason = str(error)
+    except (TypeError, ValueError, ZeroDivisionError, RecursionError) as error:
+        entry.reason = f"it cannot be evaluated: {type(error).__name__}: {error}"
+    return entry
+
+
+def _own_name(chain: RelationChain, names: StatedNames) -> Symbol | None:
+    """Return the name that a row defines for itself: one without a meaning, before names that have
+    one.
+    """
+    first = chain.sides[0]
+    if not isinstance(first, Name) or chain.relations != ("=",) or names.is_known(first.symbol):
+        return None
+    if names.table.find(first.symbol.spell()) == "" or first.symbol.dots:
+        return None
+    right = [node.symbol for node in list_nodes(chain.sides[1]) if isinstance(node, Name)]
+    return first.symbol if right and all(map(names.is_known, right)) else None
+
+
+def _define(symbol: Symbol, entry: ReadRow, names: StatedNames) -> None:
+    assert entry.read is not None
+    (value,) = entry.read.sides
+    assert value is not None
+    if isinstance(value, Scalar) and value.mixed:
+        raise FormulaError("it defines a name by what mixes units")
+    names.abbreviations[symbol.spell()] = value
+    entry.read, entry.defines = None, symbol
+
+
+def _add_row(
+    entry: ReadRow,
+    claim: Claimed | None,
+    printed: PrintedText,
+    paper: Paper,
+    claims: Mapping[Claimed, Equation],
+) -> None:
+    """Add the equations of a row to the paper."""
+    number = entry.row.number
+    if entry.reason or entry.read is None:
+        claimed = UNCLAIMED if entry.reason else Definition("an abbreviation of the text")
+        paper.equation(number, sp.S.Zero, claimed)
+        printed.places[number] = Place(entry, 0)
+        return
+    residuals = entry.read.residuals(entry.names)
+    for index, (side, relation, left, right) in enumerate(residuals):
+        name = number if len(residuals) == 1 else f"{number}.{index + 1}"
+        if left.value == right.value and len(residuals) > 1 and left.dimension is None:
+            continue
+        printed.places[name] = Place(entry, index)
+        if left.value == right.value:
+            circular = Definition("both sides are the same by the meaning of their names")
+            paper.equation(name, sp.S.Zero, circular if _is_circular(entry, side) else UNCLAIMED)
+        elif relation == "=" and _gives_value(left, right, entry.names.stated):
+            paper.equation(name, sp.S.Zero, Definition("a value that the text gives"))
+        else:
+            _add_equation(paper, name, relation, left, right, claim, claims)
+
+
+def _gives_value(left: Scalar, right: Scalar, stated: Stated) -> bool:
+    """Return whether two sides are a quantity of the table and a number: the table has other
+    values.
+    """
+    sides = {sp.sympify(side.value) for side in (left, right)}
+    return len(sides & set(stated.given.values())) == 1 and any(side.is_number for side in sides)
+
+
+def _is_circular(entry: ReadRow, side: int) -> bool:
+    """Return whether two equal sides say no more than the names file: one is a name, and nothing is
+    computed.
+    """
+    assert entry.chain is not None
+    if any(map(entry.names.is_computed, list_symbols(entry.chain))):
+        return False
+    pair = entry.chain.sides[side : side + 2]
+    derived = any(isinstance(node, Derivative) for node in list_nodes(entry.chain))
+    return not derived and any(_is_name(node) for node in pair)
+
+
+def _is_name(node: Node) -> bool:
+    """Return whether a side is a name, also with what it depends on, a number or a matrix of
+    such.
+    """
+    if isinstance(node, Matrix):
+        return all(_is_name(cell) for row in node.rows for cell in row)
+    if isinstance(node, Product):
+        first, *arguments = (factor for _, factor in node.factors)
+        return isinstance(first, Name) and all(
+            isinstance(argument, Bracket) for argument in arguments
+        )
+    return isinstance(node, Name | Number)
+
+
+def _add_equation(
+    paper: Paper,
+    number: str,
+    relation: str,
+    left: Scalar,
+    right: Scalar,
+    claim: Claimed | None,
+    claims: Mapping[Claimed, Equation],
+) -> None:
+    left_side, right_side = sp.sympify(left.value), sp.sympify(right.value)
+    if relation != "=":
+        kinds: dict[str, Relation] = {"<": "<", "<=": "<=", ">": ">", ">=": ">="}
+        paper.inequality(number, left_side, kinds[relation], right_side, claim or UNCLAIMED)
+        return
+    if isinstance(left_side, Quantity) and left_side not in right_side.free_symbols:
+        stated_claim = claim or (what(left_side) if what(left_side) in claims else None)
+        paper.defines(number, left_side, right_side, stated_claim or UNCLAIMED)
+        return
+    paper.equation(number, left_side - right_side, claim or UNCLAIMED)
+
+
+_INTERNAL = re.compile(r"_(given|near\d|step\d|case\d)$|^(law|pivot|states)_")
+"""Names of quantities that solving needs and no text speaks of."""
+MOST_CLAIMS = 4
+"""Claims that an equation is compared with term by term."""
+
+
+def _claim_what_fails(case: Case, paper: Paper) -> None:
+    """Give an equation that does not hold the claim that it comes closest to, so that missing terms
+    can be named.
+    """
+    points = tuple(case.points)
+    for number, equation in paper.equations.items():
+        if equation.claims != UNCLAIMED or equation.relation != "=":
+            continue
+        if any(s not in point for s in equation.residual.free_symbols for point in points):
+            continue
+        if holds(equation.residual, points):
+            continue
+        claim = _closest_claim(case, equation)
+        if claim is not None:
+            paper.equations[number] = replace(equation, claims=claim, defines=None)
+
+
+def _closest_claim(case: Case, printed: Equation) -> Claimed | None:
+    """Return the claim whose derivation shares most terms with an equation, None if none shares
+    half of them.
+    """
+    points = tuple(case.points)
+    ranked = sorted(_shared_symbols(case, printed), key=lambda pair: -pair[0])[:MOST_CLAIMS]
+    best: tuple[int, Claimed] | None = None
+    for _, claim in ranked:
+        derived = case.claims[claim]
+        left_side, right_side = case.subject.common(printed.residual, derived.residual)
+        if any(s not in point for s in (left_side - right_side).free_symbols for point in points):
+            continue
+        for sign in (1, -1):
+            comparison = Comparison(left_side, sign * right_side, points, scales=True)
+            gap = comparison.gap
+            terms = len(sp.Add.make_args(sp.expand(right_side)))
+            shared = terms - gap.lacking - gap.unlike
+            if 2 * shared >= terms and (best is None or gap.size < best[0]):
+                best = gap.size, claim
+    return None if best is None else best[1]
+
+
+def _shared_symbols(case: Case, printed: Equation) -> Iterator[tuple[float, Claimed]]:
+    symbols = printed.residual.free_symbols
+    for claim, derived in case.claims.items():
+        if derived.relation == "=" and derived.defines is None:
+            common = symbols & derived.residual.free_symbols
+            if common:
+                yield len(common) / len(symbols | derived.residual.free_symbols), claim
+
+
+def format_skeleton(case: Case) -> str:
+    """Return a names file for a text: every name with its meaning, empty for what nothing says, and
+    where it stands.
+    """
+    source = case.source
+    assert isinstance(source, PrintedText)
+    names = source.names
+    stands: dict[str, list[str]] = {}
+    meanings: dict[str, str | None] = {}
+    for entry in source.rows:
+        for symbol in list_symbols(entry.chain):
+            spelling = symbol.spell()
+            rows = stands.setdefault(spelling, [])
+            if entry.row.number not in rows:
+                rows.append(entry.row.number)
+            if spelling not in meanings:
+                meanings[spelling] = _meaning(symbol, names)
+    texts = {spelling: text for spelling, text in meanings.items() if text}
+    lines = [
+        f"# Names of {source.document.name}, for {names.stated.name}. A name without a meaning is "
+        f"not judged.",
+        "# A meaning is a quantity, an expression of quantities, or of frames and points: "
+        "rate(x), rate(v, FRAME),",
+        "# spin(FRAME), velocity(POINT), axis(FRAME, 1), component(VECTOR, 1), kinetic(), "
+        "potential(),",
+        "# rotation(FROM, TO), matrix(2, a, b, c, d) of 2 rows, row by row.",
+        f"# Quantities: {', '.join(sorted(names.quantities))}.",
+        *(
+            [f"# Frames: {', '.join(names.frames)}. Points: {', '.join(names.places)}."]
+            if names.frames
+            else []
+        ),
+        "# [rows] may say of a row what it claims to be, or that it is left out:",
+        "# '12' = { claims = \"...\" }, '13' = { skip = \"the reason\" }. Names that mean "
+        "something else in a row:",
+        "# '14' = { names = { 'M' = \"matrix(2, m_1, 0, 0, m_2)\" } }.",
+        "",
+        "[names]",
+    ]
+    defined = [spelling for spelling in meanings if spelling in names.abbreviations]
+    lines[-1:-1] = (
+        [f"# The text itself defines {', '.join(defined)}, and with that their rates.", ""]
+        if defined
+        else []
+    )
+    for spelling in (*texts, *(spelling for spelling, text in meanings.items() if text == "")):
+        places = ", ".join(f"({number})" for number in stands[spelling][:6])
+        more = f" and {len(stands[spelling]) - 6} more" if len(stands[spelling]) > 6 else ""
+        quoted = (
+            f"'{spelling}'" if "'" not in spelling else '"' + spelling.replace("\\", "\\\\") + '"'
+        )
+        lines.append(f'{quoted} = "{meanings[spelling]}"  # in {places}{more}')
+    return "\n".join([*lines, ""])
+
+
+def _meaning(symbol: Symbol, names: StatedNames) -> str | None:
+    """Return what the names file says of a name: nothing where the text defines it, or what it is
+    the rate of.
+    """
+    text = names.table.find(symbol.spell())
+    if symbol.base.spell() in names.abbreviations and not text and names.guess(symbol) is None:
+        return None
+    if text is not None:
+        return text
+    if not names.is_known(symbol):
+        return ""
+    value: Value = names.look_up(symbol)
+    return str(value.value) if isinstance(value, Scalar) else ""

@@ -1,0 +1,133 @@
+"""The presentation of `planter explain`: meanings, and machines with their labelled drawings."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+
+from planter.cli.explain.results import Explained, ExplainedMachine, KnownNames, Meaning
+from planter.files import csv_rows, units
+from planter.report.html import Block, Items, KeyFigure, Section, Table, Text
+from planter.report.labels import count_things
+from planter.report.presentation import WIDTH, PlacedFigure, ResultPresentation
+from planter.report.sheet import Sheet, draw_figure
+
+FIELDS = ("name", "kind", "unit", "meaning", "source", "key", "value", "allowed", "origin")
+
+
+def present_machine(
+    machine: ExplainedMachine, sheets: Sequence[Sheet], is_written: bool
+) -> ResultPresentation:
+    """Return the presentation of a machine: drawings, statement, values, quantities, functions."""
+    # A value is in the unit of its key, which need not be the SI unit of its symbol.
+    values = [replace(item, unit=units.display_unit(item.key or "")) for item in machine.values]
+    functions = [
+        (item.name, ", ".join(item.inputs), item.outputs, item.operations)
+        for item in machine.functions
+    ]
+    statement: list[Block] = [
+        Text(f"{machine.title}, from {machine.source}. Assumptions:"),
+        Items(machine.assumptions),
+    ]
+    rows = [_list_cells(item, FIELDS) for item in (*values, *machine.quantities)]
+    head = ("function", "inputs", "results", "operations")
+    drawings = [f"figures/{sheet.name}.{kind}" for sheet in sheets for kind in ("svg", "png")]
+    files = ["report.html", "symbols.csv", "summary.json", *drawings]
+    counts = {
+        "value": len(values),
+        "quantity": len(machine.quantities),
+        "function": len(functions),
+    }
+    return ResultPresentation(
+        title=f"{machine.machine}: values, quantities and functions",
+        conclusion=f"{count_things(counts['value'], 'value')}, "
+        f"{count_things(counts['quantity'], 'quantity', 'quantities')} "
+        f"and {count_things(counts['function'], 'function')}.",
+        key_figures=[KeyFigure(str(count), "", name) for name, count in counts.items()],
+        record=replace(machine, files=files if is_written else []),
+        sections=[
+            *(_present_sheet(sheet.title, sheet.name, sheet.symbols) for sheet in machine.sheets),
+            Section("Statement", statement),
+            Section("Values", [_tabulate(values, VALUE_HEADS, ("unit", "origin"))]),
+            Section(
+                "Quantities", [_tabulate(machine.quantities, QUANTITY_HEADS, ("kind", "source"))]
+            ),
+            Section("Functions", [Table(head, functions)]),
+        ],
+        figures=lambda: {sheet.name: draw_figure(sheet) for sheet in sheets},
+        captions={sheet.name: sheet.title for sheet in sheets},
+        texts=lambda: {"symbols.csv": csv_rows.format_csv((), FIELDS, rows)},
+    )
+
+
+SYMBOL_HEADS = {"symbol": "name", "unit": "unit", "meaning": "meaning", "key": "key"}
+QUANTITY_HEADS = {**SYMBOL_HEADS, "kind": "kind", "source": "source"}
+VALUE_HEADS = {**SYMBOL_HEADS, "value": "value", "bounds": "allowed", "origin": "origin"}
+"""Heads of tables, with the fields of a meaning below them."""
+
+
+def _present_sheet(title: str, figure: str, symbols: Iterable[Meaning]) -> Section:
+    return Section(title, [PlacedFigure(figure), _tabulate(symbols, SYMBOL_HEADS)])
+
+
+def _tabulate(
+    items: Iterable[Meaning], heads: Mapping[str, str], page_columns: Sequence[str] = ()
+) -> Table:
+    rows = [[getattr(item, field) for field in heads.values()] for item in items]
+    return Table(list(heads), rows, page_columns=page_columns)
+
+
+def _list_cells(item: Meaning, fields: Iterable[str]) -> list[object]:
+    cells = [getattr(item, field) for field in fields]
+    return ["" if cell is None else cell for cell in cells]
+
+
+def show_meanings(explanation: Explained) -> None:
+    """Print every meaning."""
+    for meaning in explanation.meanings:
+        print("\n".join(format_meaning(meaning)) + "\n")
+
+
+def format_meaning(meaning: Meaning) -> list[str]:
+    """Return a meaning as lines."""
+    unit = f" [{meaning.unit}]" if meaning.unit and meaning.unit != "1" else ""
+    lines = [f"{meaning.name}{unit}, {meaning.kind}, {meaning.machine}"]
+    facts = [meaning.meaning, f"source: {meaning.source}"]
+    if meaning.key and meaning.key != meaning.name:
+        facts.append(f"shown as {meaning.key}")
+    if meaning.value is not None:
+        facts.append(f"value: {format_value(meaning)}")
+    if meaning.allowed:
+        facts.append(f"allowed: {meaning.allowed}")
+    facts += [f"defined by {e.paper} ({e.equation}): {e.verdict}" for e in meaning.equations or ()]
+    return [
+        *lines,
+        *(
+            line
+            for fact in facts
+            for line in textwrap.wrap(fact, WIDTH, initial_indent="  ", subsequent_indent="    ")
+        ),
+    ]
+
+
+def format_value(meaning: Meaning) -> str:
+    """Return a value with its unit in the file, and its origin."""
+    number = f"{meaning.value:g} {units.display_unit(meaning.key or '')}".rstrip()
+    return f"{number} ({meaning.origin})" if meaning.origin else number
+
+
+def show_names(known_names: KnownNames) -> None:
+    """Print all names by machine."""
+    for machine, names in known_names.names.items():
+        print(f"{machine}:")
+        print(
+            textwrap.fill(
+                ", ".join(names),
+                WIDTH,
+                initial_indent="  ",
+                subsequent_indent="  ",
+                break_long_words=False,
+                break_on_hyphens=False,
+            )
+        )

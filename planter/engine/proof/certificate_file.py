@@ -1,0 +1,458 @@
+"""The file of a proof: all that its bounds follow from, and the check that they do.
+
+Numbers that define what is proved, and bounds, are hexadecimal doubles. Evidence, of which any
+gives true bounds, is in decimal numbers. `check_proof.py` beside this module checks the same file
+in another arithmetic, without planter; its rules for what a file may state are applied here, too.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Callable, Mapping, Sequence
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from planter.engine.proof.check_proof import (
+    FORMAT,
+    RefusedError,
+    check_form,
+    check_size,
+    state_claim,
+)
+from planter.engine.proof.enclosures import (
+    EnclosedResponse,
+    Evidence,
+    ResponseProgram,
+    RootStart,
+    list_angles,
+)
+from planter.engine.proof.intervals import Ball, Unbounded
+from planter.engine.proof.objective import BoundedLimit, BoundedMeasure, ProvableObjective
+from planter.engine.proof.panels import AnglePanels
+from planter.engine.proof.proof_check import ProofCheck
+from planter.engine.proof.search import Box, BoxNode, Incumbent, Proof, prove_bound, share_boxes
+from planter.errors import InputError
+from planter.kernels import Array, generated
+from planter.progress import Listener
+from planter.task import Means
+from planter.text_files import read_json
+from planter.version import __version__
+
+LARGEST_BYTES, MOST_VALUES = 1_000_000_000, 100_000_000
+"""Limits of a file."""
+
+
+def write_certificate(
+    build: Callable[[], ProvableObjective],
+    box: Box,
+    incumbent: Incumbent,
+    names: Sequence[str],
+    sources: Mapping[str, str],
+    seconds: float,
+    listener: Listener | None,
+    means: Means,
+    earlier: Path | None = None,
+    keep: Callable[[str], None] | None = None,
+) -> tuple[Proof, str]:
+    """Return the proof of the objective that `build` returns, also in workers, and the text of its
+    file.
+
+    A proof of the same in the file `earlier` is continued; the text of an interrupted one is handed
+    to `keep`.
+    """
+    objective = build()
+
+    def write(proof: Proof) -> str:
+        return format_document(build_document(proof, objective, names, sources))
+
+    root = None if earlier is None else _read_earlier_tree(earlier, objective, box, incumbent)
+    with share_boxes(objective, build, means) as shared:
+        proof = prove_bound(
+            shared,
+            box,
+            incumbent,
+            seconds,
+            listener,
+            root,
+            shared.clock,
+            None if keep is None else lambda proof: keep(write(proof)),
+        )
+    return proof, write(proof)
+
+
+def _read_earlier_tree(
+    path: Path, objective: ProvableObjective, box: Box, incumbent: Incumbent
+) -> BoxNode | None:
+    """Return the tree of a file of an unfinished proof of the same, None if there is none or it is
+    spoiled.
+    """
+    try:
+        document = read_document(path)
+        claim = describe_claim(objective, box, incumbent.samples)
+        if compute_digest(document) != document["sha256"] or any(
+            document[key] != claim[key] for key in claim
+        ):
+            return None
+        root = read_tree(document)
+    except (InputError, ValueError, KeyError, TypeError, IndexError):
+        return None
+    root.inherited = objective.floor
+    for node in root.list_nodes():
+        for child in node.children:
+            child.inherited = node.lower_bound
+    return root
+
+
+def describe_claim(objective: ProvableObjective, box: Box, samples: int | None) -> dict[str, Any]:
+    """Return the part of a file that says what is proved."""
+    claim = {
+        "kind": "true" if samples is None else "sampled",
+        "samples": samples,
+        "response": objective.response.program.to_document(),
+        "terms": [_write_measure(term) for term in objective.terms],
+        "limits": [
+            {
+                **_write_measure(limit.measure),
+                "sign": limit.sign,
+                "limit": float(limit.number).hex(),
+            }
+            for limit in objective.limits
+        ],
+        "all_limits": objective.heeds_all,
+        "quantities": objective.list_labels(),
+        "box": [_write(side) for side in box],
+    }
+    plain: dict[str, Any] = json.loads(json.dumps(claim))
+    return plain
+
+
+def build_document(
+    proof: Proof, objective: ProvableObjective, names: Sequence[str], sources: Mapping[str, str]
+) -> dict[str, Any]:
+    """Return a proof as JSON; `names` are those of the parameters, `sources` hashes of the
+    generated files by name.
+    """
+    nodes = list(proof.root.list_nodes())
+    places = {node: place for place, node in enumerate(nodes)}
+    result = proof.result
+    document = {
+        "format": FORMAT,
+        "planter": __version__,
+        "generated": dict(sources),
+        "parameters": list(names),
+        **describe_claim(objective, (proof.root.lower, proof.root.upper), result.samples),
+        "incumbent": {
+            "x": _write(proof.incumbent.x),
+            "upper_bound": None if proof.reached is None else proof.reached.hex(),
+            **({} if proof.evidence is None else {"evidence": _write_evidence(proof.evidence)}),
+        },
+        "lower_bound": None if result.lower_bound is None else result.lower_bound.hex(),
+        "nodes": [_write_node(node, [places[child] for child in node.children]) for node in nodes],
+    }
+    plain: dict[str, Any] = json.loads(json.dumps(document))
+    plain["statement"] = state_claim(plain)
+    return {**plain, "sha256": compute_digest(plain)}
+
+
+def format_document(document: Mapping[str, Any]) -> str:
+    """Return the text of a proof's file, with a line for each node."""
+    rest = {key: value for key, value in document.items() if key != "nodes"}
+    nodes = ",\n".join(json.dumps(node) for node in document["nodes"])
+    return f'{json.dumps(rest)[:-1]},\n"nodes": [\n{nodes}\n]}}\n'
+
+
+def compute_digest(document: Mapping[str, Any]) -> str:
+    """Return the hash of all of a document but the hash itself."""
+    content = {key: value for key, value in document.items() if key != "sha256"}
+    text = json.dumps(content, sort_keys=True, separators=(",", ":"))
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def read_document(path: str | Path) -> dict[str, Any]:
+    """Return the content of a proof's file. Raises InputError for a file that is none."""
+    document = read_json(Path(path), LARGEST_BYTES, MOST_VALUES)
+    if not isinstance(document, dict) or document.get("format") != FORMAT:
+        raise InputError(
+            f'{path}: format: this is no file of a proof ("{FORMAT}"), as `optimise --prove` '
+            f"writes it"
+        )
+    return document
+
+
+def read_tree(document: Mapping[str, Any]) -> BoxNode:
+    """Return the tree of boxes of a document.
+
+    Raises ValueError if boxes do not fit into each other.
+    """
+    lower, upper = (_read(side) for side in document["box"])
+    period = list_angles([Fraction(document["response"]["period"])])
+    entries, seen = document["nodes"], {0}
+    root = BoxNode(lower, upper, -np.inf)
+    waiting = [(root, entries[0])]
+    while waiting:
+        node, entry = waiting.pop()
+        # infinite where no design of the box satisfies the limits
+        node.bound = float.fromhex(entry["bound"]) if "bound" in entry else -np.inf
+        if np.isnan(node.bound):
+            raise ValueError("the bound of a box is no number")
+        node.evidence = _read_evidence(entry["evidence"], period) if "evidence" in entry else None
+        node.widest = entry.get("next")
+        children = entry.get("children", [])
+        if any(child in seen or not 0 <= child < len(entries) for child in children):
+            raise ValueError("a box is not a child of one other box")
+        seen.update(children)
+        if children:
+            parts = node.divide(*_list_parts(node, entry))
+            waiting += zip(parts, (entries[child] for child in children), strict=True)
+    if len(seen) != len(entries):
+        raise ValueError("a box is not a part of another")
+    return root
+
+
+def _list_parts(node: BoxNode, entry: Mapping[str, Any]) -> list[Box]:
+    """Return the boxes of the children of a node.
+
+    Raises ValueError if they do not cover it, or its side.
+    """
+    if ("split" in entry) == ("sides" in entry):
+        raise ValueError("a box with children is either split or has a side")
+    if "split" in entry:
+        k, at = entry["split"][0], float.fromhex(entry["split"][1])
+        if not node.lower[k] <= at <= node.upper[k]:
+            raise ValueError("a box is split outside of it")
+        below, above = node.upper.copy(), node.lower.copy()
+        below[k] = above[k] = at
+        node.widest = k
+        return [(node.lower, below), (above, node.upper)]
+    lower, upper = node.lower.copy(), node.upper.copy()
+    for k, side in entry["sides"]:
+        lower[k] = upper[k] = {"lower": node.lower, "upper": node.upper}[side][k]
+    return [(lower, upper)]
+
+
+def check_document(document: Mapping[str, Any]) -> ProofCheck:
+    """Return whether the bounds of a document follow from its programs, each computed again."""
+    try:
+        if compute_digest(document) != document["sha256"]:
+            raise RefusedError("sha256 does not match the content of the file")
+        check_size(document)  # first: the other checks take as long as what is asked for
+        check_form(document)
+        if changed := generated.find_changed(document["generated"]):
+            raise RefusedError(
+                f"generated: {', '.join(changed)} of this installation differs from what was proved"
+            )
+        return _check(document)
+    except RefusedError as error:
+        return ProofCheck.refuse(str(error))
+    except (
+        ValueError,
+        LookupError,
+        TypeError,
+        AttributeError,
+        AssertionError,
+        ArithmeticError,
+    ) as error:
+        return ProofCheck.refuse(
+            f"the file is incomplete or wrong: {type(error).__name__}: {error}"
+        )
+
+
+def _check(document: Mapping[str, Any]) -> ProofCheck:
+    objective, root, boxes = read_objective(document), read_tree(document), 0
+    root.inherited = objective.floor
+    lowest = np.inf
+    for place, node in enumerate(root.list_nodes()):
+        if node.evidence is not None:
+            _check_node(objective, node, place)
+            boxes += 1
+        elif node.bound > -np.inf or len(node.children) == 1:
+            raise RefusedError(f"nodes[{place}] has a bound or a side, but no evidence")
+        for child in node.children:
+            child.inherited = node.lower_bound
+        if not node.children:
+            lowest = min(lowest, node.lower_bound)
+    reached, x = _check_incumbent(document, objective, root)
+    stated = document["lower_bound"]
+    lower_bound = lowest if reached is None else min(lowest, reached)
+    bound = None if stated is None else read_number(stated)
+    if bound is not None and not bound <= lower_bound:
+        raise RefusedError("lower_bound is above the bound of a box")
+    return ProofCheck(
+        valid=True,
+        reason=None,
+        objective=x,
+        kind=document["kind"],
+        lower_bound=bound,
+        incumbent=reached,
+        gap=None if bound is None or reached is None else reached - bound,
+        boxes=boxes,
+        statement=document["statement"],
+        compared=sorted(generated.list_installed(document["generated"])),
+    )
+
+
+def _check_node(objective: ProvableObjective, node: BoxNode, place: int) -> None:
+    """Raise RefusedError if the bound or the side of a box do not follow."""
+    try:
+        bounds = objective(node.lower, node.upper, node.evidence)
+    except Unbounded as error:
+        raise RefusedError(f"nodes[{place}] cannot be bounded: {error.message}") from None
+    if not bounds.lower_bound >= node.bound:
+        raise RefusedError(
+            f"nodes[{place}].bound is {node.bound}, but only {bounds.lower_bound} follows"
+        )
+    if len(node.children) == 1:
+        (side,) = node.children
+        rising, falling = bounds.slopes.low >= 0, bounds.slopes.high <= 0
+        raised, lowered = side.lower > node.lower, side.upper < node.upper
+        if bounds.may_jump or (raised & ~falling).any() or (lowered & ~rising).any():
+            raise RefusedError(
+                f"nodes[{place}].sides: the objective may be less elsewhere in the box"
+            )
+
+
+def _check_incumbent(
+    document: Mapping[str, Any], objective: ProvableObjective, root: BoxNode
+) -> tuple[float | None, float | None]:
+    """Return the stated upper bound of the incumbent's objective, and the objective itself; None if
+    not enclosed.
+    """
+    entry = document["incumbent"]
+    if entry["upper_bound"] is None:
+        return None, None
+    x, stated = _read(entry["x"]), read_number(entry["upper_bound"])
+    if not ((root.lower <= x) & (x <= root.upper)).all():
+        raise RefusedError("incumbent.x is outside of the box")
+    try:
+        period = list_angles([objective.response.program.period])
+        bounds = objective(x, x, _read_evidence(entry["evidence"], period))
+    except Unbounded as error:
+        raise RefusedError(f"incumbent cannot be bounded: {error.message}") from None
+    if not bounds.reached <= stated:
+        raise RefusedError(f"incumbent.upper_bound is {stated}, but only {bounds.reached} follows")
+    return stated, (bounds.lower_bound + bounds.reached) / 2
+
+
+def read_objective(document: Mapping[str, Any]) -> ProvableObjective:
+    """Return the objective of a document.
+
+    Raises ValueError, KeyError, TypeError or IndexError if it has none.
+    """
+    if (document["kind"] == "true") != (document["samples"] is None):
+        raise ValueError("kind does not fit samples")
+    limits = [
+        BoundedLimit(_read_measure(entry), int(entry["sign"]), read_number(entry["limit"]))
+        for entry in document["limits"]
+    ]
+    return ProvableObjective(
+        EnclosedResponse(ResponseProgram.from_document(document["response"])),
+        [_read_measure(entry) for entry in document["terms"]],
+        limits,
+        document["samples"],
+        heeds_all=bool(document["all_limits"]),
+    )
+
+
+def _write(values: Array) -> list[str]:
+    return [float(value).hex() for value in values]
+
+
+def _read(values: Sequence[str]) -> Array:
+    return np.array([read_number(value) for value in values])
+
+
+def read_number(text: str) -> float:
+    """Return a hexadecimal double. Raises ValueError for one that is not finite."""
+    number = float.fromhex(text)
+    if not np.isfinite(number):
+        raise ValueError(f"{text} must be a finite number")
+    return number
+
+
+def _write_measure(measure: BoundedMeasure) -> dict[str, Any]:
+    return {
+        "measure": measure.kind,
+        "quantity": measure.quantity,
+        "size": measure.size,
+        "weight": float(measure.weight).hex(),
+        "angle_deg": None if measure.angle is None else float(measure.angle).hex(),
+    }
+
+
+def _read_measure(entry: Mapping[str, Any]) -> BoundedMeasure:
+    angle = entry["angle_deg"]
+    return BoundedMeasure(
+        entry["measure"],
+        int(entry["quantity"]),
+        bool(entry["size"]),
+        read_number(entry["weight"]),
+        None if angle is None else read_number(angle),
+    )
+
+
+def _write_node(node: BoxNode, children: list[int]) -> dict[str, Any]:
+    entry: dict[str, Any] = {}
+    if node.bound > -np.inf:
+        entry["bound"] = node.bound.hex()
+    if len(children) == 2 and node.widest is not None:
+        entry["split"] = [node.widest, float(node.children[0].upper[node.widest]).hex()]
+    elif children:
+        (side,) = node.children
+        raised, lowered = side.lower > node.lower, side.upper < node.upper
+        entry["sides"] = [
+            [int(k), "upper" if raised[k] else "lower"] for k in np.flatnonzero(raised | lowered)
+        ]
+    elif node.widest is not None:
+        entry["next"] = node.widest
+    if children:
+        entry["children"] = children
+    if node.evidence is not None:
+        entry["evidence"] = _write_evidence(node.evidence)
+    return entry
+
+
+def _write_evidence(evidence: Evidence) -> dict[str, Any]:
+    entry: dict[str, Any] = {}
+    if evidence.starts:
+        entry["starts"] = [
+            {
+                "cycle": start.cycle,
+                "values": [
+                    [None if np.isnan(v) else float(v) for v in row] for row in start.values
+                ],
+            }
+            for start in evidence.starts
+        ]
+    for key, panels in (("panels", evidence.panels), ("narrow", evidence.narrow)):
+        if panels is not None:
+            entry[key] = {
+                "knots": panels.knots.tolist(),
+                "rates": panels.rates.tolist(),
+                "parts": list(panels.parts),
+            }
+    if evidence.peaks is not None and evidence.rates is not None:
+        entry["peaks"], entry["rates"] = evidence.peaks.tolist(), evidence.rates.tolist()
+    return entry
+
+
+def _read_evidence(entry: Mapping[str, Any], period: Ball) -> Evidence:
+    def read_panels(key: str) -> AnglePanels | None:
+        if key not in entry:
+            return None
+        knots, rates = (np.array(entry[key][name], dtype=float) for name in ("knots", "rates"))
+        return AnglePanels(knots, rates, tuple(map(int, entry[key]["parts"])), period)
+
+    return Evidence(
+        [
+            RootStart(np.array(start["values"], dtype=float), float(start["cycle"]))
+            for start in entry.get("starts", [])
+        ],
+        read_panels("panels"),
+        np.array(entry["peaks"], dtype=float) if "peaks" in entry else None,
+        np.array(entry["rates"], dtype=float) if "rates" in entry else None,
+        read_panels("narrow"),
+    )

@@ -1,0 +1,483 @@
+"""Pitch curves by arc length, and pairs of them: of a stage, of circles, of measured radii."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Protocol
+
+import numpy as np
+import scipy
+
+from planter.errors import GeometryError
+from planter.gears.geometry.stage import Stage
+from planter.kernels import Array, formulas
+from planter.numerics import roots
+from planter.numerics.arrays import TURN, to_degrees
+from planter.numerics.piecewise import ChebyshevPanels, RoughFunctionError
+
+RACK = formulas.load("rack_teeth")
+"""Functions of pitch curves, and of the curves that a rack cuts on them."""
+X, Y, TX, TY, KAPPA, POLAR = range(6)
+"""Rows of a curve: point [m], unit tangent, curvature [1/m], polar angle [rad]."""
+_JUMP_TOLERANCE = 1e-9
+"""Share of the largest curvature below which a jump is rounding."""
+_BREAK_TOLERANCE = 1e-9
+"""Share below which two breakpoints are one."""
+_SIDE_SHIFT = 1e-9
+"""Shift towards the requested side of a breakpoint, as a share."""
+
+Trace = Callable[[Array], tuple[Array, Array]]
+"""Polar places (4, n) of a curve at parameters (n,), as `rack_teeth` takes them, and polar angle
+per parameter (n,).
+"""
+
+
+@dataclass(frozen=True)
+class PitchCurve:
+    """A closed curve round its gear's axis, anticlockwise; `joints` are arc lengths in [0, L) where
+    curvature jumps.
+    """
+
+    rows: ChebyshevPanels
+    joints: Array
+
+    @classmethod
+    def from_trace(cls, trace: Trace, breaks: Array, sense: int) -> PitchCurve:
+        """Return a curve whose polar angle runs anticlockwise (sense +1) or clockwise (-1) with its
+        parameter.
+
+        `breaks` are the parameters (m,) from its start to its end between which it is smooth.
+        """
+
+        def speed(u: Array) -> Array:
+            polar, pace = trace(u)
+            return RACK("pitch", polar_place=polar, sense=sense)["speed"][None] * pace
+
+        length = ChebyshevPanels.fit(speed, breaks).integral
+        at_ends = length(length.ends)[0]
+        # rounding of the integral must not move the origin
+        at_ends[0] = 0.0
+        total = at_ends[-1]
+
+        def parameter(s: Array) -> Array:
+            index = np.clip(np.searchsorted(at_ends, s, "right") - 1, 0, len(at_ends) - 2)
+            low, high = length.ends[index], length.ends[index + 1]
+            # at an end itself rounding may give the bracket the wrong sign
+            ends = np.minimum(at_ends[index] - s, -0.0), np.maximum(at_ends[index + 1] - s, 0.0)
+
+            def rates(u: Array) -> tuple[Array, Array]:
+                return length(u, index)[0] - s, speed(u)[0]
+
+            return roots.find_bracketed_roots(rates, low, high, ends)
+
+        def rows(arcs: Array) -> Array:
+            polar, _ = trace(parameter(arcs if sense > 0 else total - arcs))
+            columns = list(RACK("pitch", polar_place=polar, sense=sense).values())[:5]
+            angle = polar[0] if sense > 0 else TURN - polar[0]
+            return np.array([*columns, angle])
+
+        ends = at_ends if sense > 0 else total - at_ends[::-1]
+        return cls.from_panels(ChebyshevPanels.fit(rows, ends))
+
+    @classmethod
+    def from_panels(cls, rows: ChebyshevPanels) -> PitchCurve:
+        """Return a curve with breakpoints at the ends of panels with different curvature."""
+        count = np.arange(len(rows.series))
+        start, end = rows(rows.ends[:-1], count)[KAPPA], rows(rows.ends[1:], count)[KAPPA]
+        jump = np.abs(start - np.roll(end, 1)) > _JUMP_TOLERANCE * np.abs(start).max()
+        return cls(rows, rows.ends[:-1][jump])
+
+    @property
+    def length(self) -> float:
+        return float(self.rows.ends[-1])
+
+    def at(self, s: Array, towards: Array | None = None) -> Array:
+        """Return rows (6, n) at arc lengths (n,) [m] of any turn, on the side of breakpoints that
+        lies `towards` (n,) " "[m].
+        """
+        # the shift only chooses the panel; the rows are those of the arc length itself
+        seen = s if towards is None else s + _SIDE_SHIFT * (towards - s)
+        turns = np.floor(seen / self.length)
+        past = turns * self.length
+        rows = self.rows(s - past, self.rows.panel(seen - past))
+        rows[POLAR] += TURN * turns
+        return rows
+
+    def arc(self, polar: Array) -> Array:
+        """Return arc lengths (n,) [m] at polar angles (n,) [rad] of any turn."""
+        turns = np.floor(polar / TURN)
+        return np.asarray(self.arc_within(polar - TURN * turns) + turns * self.length)
+
+    def arc_within(self, polar: Array) -> Array:
+        """Return arc lengths (n,) [m] at polar angles (n,) [rad] between those of its ends."""
+        starts = self._starts
+        index = np.clip(np.searchsorted(starts, polar, "right") - 1, 0, len(starts) - 2)
+        slope = self.rows.slope
+
+        def rates(s: Array) -> tuple[Array, Array]:
+            return self.rows(s, index)[POLAR] - polar, slope(s, index)[POLAR]
+
+        ends = np.minimum(starts[index] - polar, -0.0), np.maximum(starts[index + 1] - polar, 0.0)
+        return roots.find_bracketed_roots(
+            rates, self.rows.ends[index], self.rows.ends[index + 1], ends
+        )
+
+    @cached_property
+    def _starts(self) -> Array:
+        """Polar angles at the ends of the panels."""
+        count = np.arange(len(self.rows.series))
+        return np.append(
+            self.rows(self.rows.ends[:-1], count)[POLAR], self.rows(self.rows.ends[-1:])[POLAR]
+        )
+
+    def bends(self, s: Array, towards: Array | None = None) -> Array:
+        """Return curvature [1/m] and its first two derivatives by arc length (3, n), on the side
+        that lies " "`towards`.
+        """
+        seen = s if towards is None else s + _SIDE_SHIFT * (towards - s)
+        past = np.floor(seen / self.length) * self.length
+        panel, arcs = self.rows.panel(seen - past), s - past
+        first = self.rows.slope
+        return np.array([part(arcs, panel)[KAPPA] for part in (self.rows, first, first.slope)])
+
+    def scaled(self, factor: float) -> PitchCurve:
+        """Return the curve with all lengths multiplied by a factor."""
+        factors = np.array([factor, factor, 1.0, 1.0, 1 / factor, 1.0])
+        return PitchCurve(
+            ChebyshevPanels(self.rows.ends * factor, self.rows.series * factors[:, None]),
+            self.joints * factor,
+        )
+
+    def places(self, share: Array) -> Array:
+        """Return points (n, 2) [m] at shares (n,) of the length."""
+        return self.at(share * self.length)[[X, Y]].T
+
+
+Contact = Callable[[Array], Array]
+"""Radius, its two derivatives, ratio, its derivative, and the mate's rotation (6, n) at polar
+angles (n,) of a gear.
+"""
+
+
+@dataclass(frozen=True)
+class CurvePair:
+    """A gear's pitch curve and its mate's, the distance of their axes [m], and the sense of the
+    gear's polar angle.
+
+    At rolling length s the gear touches at its arc length sense * s, the mate at -sense * s.
+    """
+
+    gear: PitchCurve
+    mate: PitchCurve
+    distance: float
+    sense: int = 1
+
+    @property
+    def curves(self) -> tuple[PitchCurve, PitchCurve]:
+        return self.gear, self.mate
+
+    @property
+    def senses(self) -> tuple[int, int]:
+        """Signs of both curves' arc length relative to the rolling length."""
+        return self.sense, -self.sense
+
+    def scaled(self, factor: float) -> CurvePair:
+        """Return the pair with all lengths multiplied by a factor."""
+        return CurvePair(
+            self.gear.scaled(factor), self.mate.scaled(factor), self.distance * factor, self.sense
+        )
+
+
+def trace_pair(contact: Contact, distance: float) -> tuple[Trace, Trace]:
+    """Return the traces of a contact's gear and of its mate, at a distance of the axes [m]."""
+
+    def gear(t: Array) -> tuple[Array, Array]:
+        return np.vstack([t, contact(t)[:3]]), np.ones_like(t)
+
+    def mate(t: Array) -> tuple[Array, Array]:
+        columns = contact(t)
+        return np.array(list(RACK("mate", contact=columns, a=distance).values())), columns[3]
+
+    return gear, mate
+
+
+def build_contact_pair(
+    contact: Contact,
+    distance: float,
+    breaks: Array,
+    sense: int = 1,
+    turns: int = 1,
+    mate_turns: int = 1,
+) -> CurvePair:
+    """Build the pair of a contact that is smooth between breaks (m,) [rad].
+
+    The mate turns `mate_turns` times in `turns`, one of which is 1.
+    """
+
+    gear, mate = trace_pair(contact, distance)
+    # a faster mate closes within a part of the gear's turn, a slower one needs several
+    end = breaks[0] + TURN * turns / mate_turns
+    all_turns = np.concatenate([breaks[:-1] + TURN * k for k in range(turns)])
+    all_turns = np.append(all_turns[all_turns < end * (1 - _BREAK_TOLERANCE)], end)
+    return CurvePair(
+        PitchCurve.from_trace(gear, breaks, sense),
+        PitchCurve.from_trace(mate, all_turns, -sense),
+        float(distance),
+        sense,
+    )
+
+
+def place_gears(turned: Array, mate_turned: Array, distance: float) -> tuple[Array, Array]:
+    """Return angle [rad] and axis [m] (3, n) of both gears, the line of centres along x, from the
+    polar angles (n,) [rad] at which they touch.
+    """
+    zero = np.zeros_like(turned)
+    return (
+        np.array([-turned, zero, zero]),
+        np.array([np.pi - mate_turned, zero + distance, zero]),
+    )
+
+
+def build_stage_pair(stage: Stage, parameters: Array, sense: int = 1) -> CurvePair:
+    """Build the pair of a gear stage with its parameters (q,) in SI, with separate segments of the
+    deformed curve.
+    """
+    hoisted = stage.prologue(parameters=parameters)["hoisted"]
+
+    def contact(t: Array) -> Array:
+        return np.vstack(list(stage.contact(t=t, parameters=parameters, hoisted=hoisted).values()))
+
+    joint = stage.polar(u=np.array([np.pi]), parameters=parameters)["t_first"][0, 0]
+    return build_contact_pair(contact, hoisted[0, 0], np.array([0.0, joint, TURN]), sense)
+
+
+def build_circle_pair(radius: float, mate: float) -> CurvePair:
+    """Build the pair of two circles by their radii [m]."""
+
+    def trace_circle(r: float, sense: int) -> PitchCurve:
+        def trace(t: Array) -> tuple[Array, Array]:
+            still = np.zeros_like(t)
+            return np.array([t, still + r, still, still]), np.ones_like(t)
+
+        return PitchCurve.from_trace(trace, np.linspace(0, TURN, 3), sense)
+
+    return CurvePair(trace_circle(radius, 1), trace_circle(mate, -1), radius + mate)
+
+
+_SLOPE_SAMPLES = 9
+"""Points between neighbouring samples at which the curve is checked."""
+_BRACKET_MARGIN = 1e-9
+"""Share by which the bracket of the centre distance is widened, because that of a circle is at its
+end.
+"""
+
+
+class RadiusFunction(Protocol):
+    """Function that returns radii (n,) [m] at angles (n,) [rad] from the first point, or their
+    derivatives.
+    """
+
+    def __call__(self, at: Array, derivative: int = 0, /) -> Array: ...
+
+
+MAX_SLOPE_ANGLE = np.radians(80)
+"""Largest angle [rad] between a pitch curve and the circle about its axis: at a pressure angle of
+10 deg the normals of flanks then pass through the axis, and no torque turns the gear.
+"""
+MAX_HALVINGS = 8
+"""How often the gap between the gear's largest radius and the mate's axis is halved, from `turns`
+of those radii, until the mate turns too far: a pitch curve closer to its axis cannot carry
+teeth.
+"""
+
+
+CORNER_RATIO = 8.0
+"""Ratio of the change of the radius's slope at a row to those two and three rows away from which on
+it is a corner: smooth features of three rows or more stay below 4.
+"""
+CORNER_ANGLE = np.radians(0.5)
+"""Smallest corner [rad]: above the rounding of tables with three decimals of a millimetre and steps
+of a degree.
+"""
+CORNER_SPAN = np.radians(45)
+"""Widest span of seven rows [rad] in which a corner is told from a curve with few points."""
+REPEATS = 1e-4
+"""Share of the radius by which a curve that repeats may differ from itself."""
+
+
+def build_sampled_pair(
+    polar: Array, radius: Array, name: str, turns: int = 1, sense: int = 1, mate_turns: int = 1
+) -> CurvePair:
+    """Return the pair of radii (n,) [m] at polar angles (n,) [rad] that rise by less than a turn.
+
+    The mate turns `mate_turns` times in `turns` of the gear, one of which is 1. Of the pair the
+    gear is always the faster one: with several `mate_turns` it is the mate. Errors begin with
+    `name`. Raises GeometryError if the curve through the points has a corner, reaches its axis, is
+    too steep for any teeth, does not repeat as often as the mate turns, or has no centre distance
+    that closes the mate.
+    """
+    knots, curve = _interpolate(polar, radius)
+    _check_slope(curve, knots, polar[0], sense, name)
+    _check_repeats(polar, radius, sense, mate_turns, name)
+    try:
+        distance = _find_centre_distance(curve, knots, turns / mate_turns, name)
+        _check_corners(polar, radius, sense, name)
+        pair = _build_pair(curve, knots, distance, turns, sense, mate_turns)
+    except RoughFunctionError as error:
+        raise GeometryError(
+            f"{name}: the curve through the points is too rough to be rolled on: {error}"
+        ) from error
+    return pair if mate_turns == 1 else CurvePair(pair.mate, pair.gear, pair.distance, -pair.sense)
+
+
+def _interpolate(polar: Array, radius: Array) -> tuple[Array, RadiusFunction]:
+    """Return knots (n + 1,) [rad] from the first point on, and the periodic spline of radii [m]."""
+    knots = np.append(polar, polar[0] + TURN) - polar[0]
+    closed = np.append(radius, radius[0])
+    return knots, scipy.interpolate.CubicSpline(knots, closed, bc_type="periodic")
+
+
+def find_centre_distance(polar: Array, radius: Array, turns: float, name: str) -> float:
+    """Return the distance of the axes [m] at which the mate of radii (n,) at polar angles turns
+    once in `turns`.
+
+    Raises GeometryError without one.
+    """
+    knots, curve = _interpolate(polar, radius)
+    return _find_centre_distance(curve, knots, turns, name)
+
+
+def find_repeat(polar: Array, radius: Array, parts: int) -> tuple[int, float]:
+    """Return the point whose radius (n,) differs most from that a part of a turn later, and that
+    radius [m].
+    """
+    _, curve = _interpolate(polar, radius)
+    later = curve(np.mod(polar - polar[0] + TURN / parts, TURN))
+    worst = int(np.argmax(np.abs(later - radius)))
+    return worst, float(later[worst])
+
+
+def _check_repeats(polar: Array, radius: Array, sense: int, parts: int, name: str) -> None:
+    """Raise GeometryError, with the polar angle, if a curve does not repeat a number of times in a
+    turn.
+    """
+    worst, later = find_repeat(polar, radius, parts)
+    if abs(later - radius[worst]) > REPEATS * radius[worst]:
+        raise GeometryError(
+            f"{name}: the mate turns {parts} times in a turn, so the radius must repeat after "
+            f"{360 / parts:.6g} deg, "
+            f"but it is {radius[worst] * 1e3:.6g} mm at the polar angle "
+            f"{np.degrees(sense * polar[worst]):.4g} deg and "
+            f"{later * 1e3:.6g} mm there"
+        )
+
+
+def _check_corners(polar: Array, radius: Array, sense: int, name: str) -> None:
+    """Raise GeometryError, with the polar angle, if the radii have a corner, through which a spline
+    would swing.
+    """
+    steps = np.diff(polar, append=polar[0] + TURN)
+    slopes = np.diff(radius, append=radius[0]) / steps
+    bends = slopes - np.roll(slopes, 1)
+    # a smooth curve bends in proportion to the steps, a corner does not
+    rates = 2 * np.abs(bends) / (steps + np.roll(steps, 1))
+    neighbours = np.max([np.roll(rates, shift) for shift in (-3, -2, 2, 3)], axis=0)
+    span = sum(np.roll(steps, shift) for shift in range(-2, 4))
+    # a corner between two rows bends at both of them
+    before, after = np.roll(bends, 1), np.roll(bends, -1)
+    bend = bends + np.where(np.abs(before) > np.abs(after), before, after)
+    turn = np.arctan(np.abs(bend) / radius)
+    is_corner = (rates > CORNER_RATIO * neighbours) & (turn > CORNER_ANGLE) & (span <= CORNER_SPAN)
+    if is_corner.any():
+        worst = int(np.argmax(np.where(is_corner, turn, 0.0)))
+        raise GeometryError(
+            f"{name}: the radius has a corner at the polar angle "
+            f"{np.degrees(sense * polar[worst]):.4g} deg, where its "
+            f"direction changes by {np.degrees(turn[worst]):.3g} deg from row to row, but hardly "
+            f"beside it; a pitch "
+            "curve must be smooth: round the corner over several rows, or state more rows there"
+        )
+
+
+def _build_pair(
+    curve: RadiusFunction, knots: Array, distance: float, turns: int, sense: int, mate_turns: int
+) -> CurvePair:
+    """Return the pair of a curve smooth between knots (n + 1,) [rad], at a distance of the axes
+    [m].
+    """
+
+    def ratios(t: Array) -> Array:
+        u = np.mod(t, TURN)
+        return np.array(list(RACK("rolling", r=curve(u), dr=curve(u, 1), a=distance).values()))
+
+    turned = ChebyshevPanels.fit(lambda t: ratios(t)[:1], knots).integral
+
+    def contact(t: Array) -> Array:
+        u, past = np.mod(t, TURN), np.floor(t / TURN)
+        rotation = turned(u)[0] + past * TURN * mate_turns / turns
+        return np.vstack([curve(u), curve(u, 1), curve(u, 2), ratios(t), rotation])
+
+    return build_contact_pair(contact, distance, knots, sense, turns, mate_turns)
+
+
+def _sample_angles(knots: Array) -> Array:
+    """Return angles [rad] between knots (n + 1,) at which a curve is checked."""
+    return np.asarray(
+        (knots[:-1, None] + np.diff(knots)[:, None] * np.linspace(0, 1, _SLOPE_SAMPLES)).ravel()
+    )
+
+
+def _check_slope(curve: RadiusFunction, knots: Array, first: float, sense: int, name: str) -> None:
+    """Raise GeometryError, with the polar angle, if the curve reaches its axis or is too steep for
+    teeth.
+    """
+    places = _sample_angles(knots)
+    radius, slope = curve(places), curve(places, 1)
+
+    def at(k: int) -> str:
+        return f"at the polar angle {to_degrees(sense * (first + places[k])):.4g} deg"
+
+    smallest, steep = int(np.argmin(radius)), int(np.argmax(np.abs(slope) / radius))
+    if radius[smallest] <= 0:
+        raise GeometryError(
+            f"{name}: the curve through the points has a radius of {radius[smallest] * 1e3:.4g} "
+            f"mm {at(smallest)}: it "
+            f"must be above 0"
+        )
+    angle = np.arctan(np.abs(slope[steep]) / radius[steep])
+    if angle > MAX_SLOPE_ANGLE:
+        raise GeometryError(
+            f"{name}: the curve through the points is {np.degrees(angle):.4g} deg from a circle "
+            f"about its axis "
+            f"{at(steep)}; it must be at most {np.degrees(MAX_SLOPE_ANGLE):g} deg for teeth to "
+            "turn it"
+        )
+
+
+def _find_centre_distance(curve: RadiusFunction, knots: Array, turns: float, name: str) -> float:
+    """Return the centre distance [m] at which the mate turns once in `turns` of the gear.
+
+    Raises GeometryError without one.
+    """
+    high = float(curve(_sample_angles(knots)).max())
+
+    def over(distance: float) -> float:
+        rates = ChebyshevPanels.fit(
+            lambda t: RACK("rolling", r=curve(t), dr=curve(t, 1), a=distance)["ratio"][None], knots
+        )
+        return float(rates.integral(knots[-1:])[0, 0] - TURN / turns)
+
+    # Near the largest radius the ratio has a pole, so the bracket is searched from the other end.
+    farther = high * (1 + turns) * (1 + _BRACKET_MARGIN)
+    for gap in turns * 0.5 ** np.arange(1, MAX_HALVINGS + 1):
+        nearer = high * (1 + gap)
+        if over(nearer) >= 0:
+            return float(scipy.optimize.brentq(over, nearer, farther, xtol=1e-18, rtol=1e-15))
+        farther = nearer
+    raise GeometryError(
+        f"{name}: no mate rolls on this curve: where its radius is largest, {high * 1e3:.4g} mm, "
+        f"the mate's would be "
+        f"below {gap * high * 1e3:.3g} mm; reduce the largest radius"
+    )

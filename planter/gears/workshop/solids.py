@@ -1,0 +1,269 @@
+"""Solids in mm: STEP by Open CASCADE, with one cubic spline for each exact piece, and STL by
+trimesh.
+
+Open CASCADE comes with the extra `planter[step]` and is loaded with the first solid.
+"""
+
+from __future__ import annotations
+
+import io
+import re
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from importlib import import_module
+from typing import Any
+
+import numpy as np
+import scipy
+
+from planter.errors import ComputationError, InputError
+from planter.gears.workshop.arcs import Arcs, Piece, interpolate_arcs
+from planter.kernels import Array
+
+SpaceCurve = Callable[[Array], Array]
+TOLERANCE = 2e-7
+"""Largest deviation of a spline from its piece [m]."""
+_MM = 1e3
+_SEWING_TOLERANCE = 1e-4
+"""Distance below which edges are joined [mm]."""
+_TITLES = re.compile(rb"\b(FILE_NAME|PRODUCT)\('[^']*',\s*'[^']*'")
+_FIXED_DATE = "2000-01-01T00:00:00"
+
+
+class OpenCascade:
+    """Modules of Open CASCADE by their names, without console output.
+
+    Raises InputError, naming the extra, if it is not installed.
+    """
+
+    def __init__(self) -> None:
+        try:
+            import_module("OCP.Message")
+        except ImportError:
+            raise InputError(
+                "STEP files need Open CASCADE, which is not installed: pip install 'planter[step]'"
+            ) from None
+        self._silence()
+
+    def _silence(self) -> None:
+        """Remove the printers of its messenger, whose banners would mix with a command's result."""
+        message = self.Message
+        message.Message.DefaultMessenger_s().RemovePrinters(
+            message.Message_PrinterOStream.get_type_descriptor_s()
+        )
+
+    def __getattr__(self, name: str) -> Any:
+        return import_module(f"OCP.{name}")
+
+
+def format_prism(name: str, outline: Sequence[Piece], holes: Sequence[Arcs], width: float) -> bytes:
+    """Return a prism of a width [m] as a STEP file; the same body gives the same bytes.
+
+    Raises InputError if Open CASCADE is not installed, ComputationError if the outline bounds no
+    body.
+    """
+    kernel = OpenCascade()
+    return _format_step(kernel, name, _build_prism(kernel, outline, holes, width))
+
+
+def format_ring(name: str, rims: Sequence[tuple[SpaceCurve, SpaceCurve]], base: float) -> bytes:
+    """Return a ring as STEP, whose rim is ruled piece by piece from an inner to an outer curve,
+    down to a plane [m].
+
+    A curve gives points (n, 3) [m] along s from 0 to 1. Raises as `format_prism` does.
+    """
+    kernel = OpenCascade()
+    sewing = kernel.BRepBuilderAPI.BRepBuilderAPI_Sewing(_SEWING_TOLERANCE)
+    for courses in rims:
+        inner, outer = (
+            (_build_edge(kernel, course), _build_edge(kernel, _project_to_plane(course, base)))
+            for course in courses
+        )
+        for first, second in (
+            (inner[0], outer[0]),
+            (outer[0], outer[1]),
+            (outer[1], inner[1]),
+            (inner[1], inner[0]),
+        ):
+            sewing.Add(kernel.BRepFill.BRepFill.Face_s(first, second))
+    sewing.Perform()
+    if sewing.NbFreeEdges():
+        raise ComputationError(f"the ring is open along {sewing.NbFreeEdges()} edges")
+    solid = kernel.BRepBuilderAPI.BRepBuilderAPI_MakeSolid(
+        kernel.TopoDS.TopoDS.Shell(sewing.SewedShape())
+    ).Solid()
+    kernel.BRepLib.BRepLib.OrientClosedSolid_s(solid)
+    return _format_step(kernel, name, solid)
+
+
+def _build_edge(kernel: OpenCascade, course: SpaceCurve) -> Any:
+    return kernel.BRepBuilderAPI.BRepBuilderAPI_MakeEdge(
+        _build_curve(kernel, fit_space_spline(course, TOLERANCE))
+    ).Edge()
+
+
+def _project_to_plane(course: SpaceCurve, base: float) -> SpaceCurve:
+    """Return a curve projected along z to the plane z = base [m]."""
+    return lambda s: course(s) * [1.0, 1.0, 0.0] + [0.0, 0.0, base]
+
+
+def _build_prism(
+    kernel: OpenCascade, outline: Sequence[Piece], holes: Sequence[Arcs], width: float
+) -> Any:
+    splines = [fit_plane_spline(piece, TOLERANCE) for piece in outline]
+    face = kernel.BRepBuilderAPI.BRepBuilderAPI_MakeFace(
+        _build_wire(kernel, [_build_curve(kernel, s) for s in splines])
+    )
+    for hole in holes:
+        face.Add(
+            kernel.TopoDS.TopoDS.Wire(
+                _build_wire(kernel, list(_build_arcs(kernel, hole))).Reversed()
+            )
+        )
+    if not face.IsDone():
+        raise ComputationError("the outline bounds no plane face")
+    up = kernel.gp.gp_Vec(0, 0, _MM * width)
+    return kernel.BRepPrimAPI.BRepPrimAPI_MakePrism(face.Face(), up).Shape()
+
+
+def _build_curve(kernel: OpenCascade, spline: Spline) -> Any:
+    """Return a spline as a curve [mm], in the plane z = 0 if it is two-dimensional."""
+    collections, gp = kernel.collections, kernel.gp
+    poles = collections.Array1_gp_Pnt(1, len(spline.poles))
+    for i, (x, y, *z) in enumerate((_MM * spline.poles).tolist(), 1):
+        poles.SetValue(i, gp.gp_Pnt(x, y, *(z or [0.0])))
+    knots, times = (
+        collections.Array1_double(1, len(spline.knots)),
+        collections.Array1_int(1, len(spline.knots)),
+    )
+    for i, (knot, count) in enumerate(
+        zip((_MM * spline.knots).tolist(), spline.multiplicities, strict=True), 1
+    ):
+        knots.SetValue(i, knot)
+        times.SetValue(i, count)
+    return kernel.Geom.Geom_BSplineCurve(poles, knots, times, spline.degree)
+
+
+def _build_arcs(kernel: OpenCascade, arcs: Arcs) -> Iterator[Any]:
+    """Yield each arc as a curve in the plane z = 0 [mm]."""
+    half, chords = arcs.half_angles, _MM * arcs.chords
+    start = _MM * arcs.vertices
+    middle = interpolate_arcs(start, chords, half, np.full(len(half), 0.5))
+    for begin, centre, finish, turn in zip(start, middle, start + chords, half, strict=True):
+        a, m, b = (kernel.gp.gp_Pnt(float(x), float(y), 0) for x, y in (begin, centre, finish))
+        curve = kernel.GC.GC_MakeArcOfCircle(a, m, b) if turn else kernel.GC.GC_MakeSegment(a, b)
+        yield curve.Value()
+
+
+def _build_wire(kernel: OpenCascade, curves: Sequence[Any]) -> Any:
+    """Return a closed wire of consecutive curves with common vertices."""
+    build = kernel.BRepBuilderAPI
+    corners = [
+        build.BRepBuilderAPI_MakeVertex(curve.Value(curve.FirstParameter())).Vertex()
+        for curve in curves
+    ]
+    wire = build.BRepBuilderAPI_MakeWire()
+    for curve, start, end in zip(curves, corners, corners[1:] + corners[:1], strict=True):
+        edge = build.BRepBuilderAPI_MakeEdge(curve, start, end)
+        if not edge.IsDone():
+            raise ComputationError(
+                "the outline has an edge that does not end where the next begins"
+            )
+        wire.Add(edge.Edge())
+    return wire.Wire()
+
+
+def _format_step(kernel: OpenCascade, name: str, shape: Any) -> bytes:
+    control = kernel.STEPControl
+    writer = control.STEPControl_Writer()
+    writer.Transfer(shape, control.STEPControl_StepModelType.STEPControl_AsIs)
+    content = io.BytesIO()
+    writer.WriteStream(content)
+    label = name.replace("'", " ")
+    titles = {
+        b"FILE_NAME": f"FILE_NAME('{label}','{_FIXED_DATE}'",
+        b"PRODUCT": f"PRODUCT('{label}','{label}'",
+    }
+    return _TITLES.sub(lambda match: titles[match[1]].encode(), content.getvalue())
+
+
+DEGREE = 3
+MIN_SPANS, MAX_SPANS = 8, 2048
+"""Smallest and largest number of spans of a spline."""
+
+
+@dataclass(frozen=True)
+class Spline:
+    """A B-spline by the length along it [m]: poles (k, d) [m], distinct knots (m,) [m] with their
+    multiplicities.
+    """
+
+    poles: Array
+    knots: Array
+    multiplicities: tuple[int, ...]
+    degree: int = DEGREE
+
+
+def fit_plane_spline(piece: Piece, tolerance: float) -> Spline:
+    """Return a spline within `tolerance` [m] of a piece, measured across it halfway between the
+    interpolated points.
+
+    Raises ComputationError, naming the piece, if no spline follows it.
+    """
+    for s in _refine_parameters():
+        places, tangents = piece.at(s), piece.tangent(s)
+        spline, middles = _interpolate(places, ([(1, tangents[0])], [(1, tangents[-1])]))
+        x, y = (middles - places[1::2]).T
+        # across the piece: along it the spline may run at another speed
+        if np.abs(x * tangents[1::2, 1] - y * tangents[1::2, 0]).max() <= tolerance:
+            return spline
+    raise ComputationError(
+        f"a piece, {piece.kind}, turns too sharply for a spline within {tolerance * 1e6:g} um"
+    )
+
+
+def fit_space_spline(places: Callable[[Array], Array], tolerance: float) -> Spline:
+    """Return a spline through points (n, 3) [m] along s from 0 to 1, within `tolerance` [m] of
+    those halfway between.
+
+    Raises ComputationError if no spline follows the curve.
+    """
+    for s in _refine_parameters():
+        points = places(s)
+        spline, middles = _interpolate(points, "not-a-knot")
+        if np.sqrt(((middles - points[1::2]) ** 2).sum(axis=1)).max() <= tolerance:
+            return spline
+    raise ComputationError(
+        f"a curve in space turns too sharply for a spline within {tolerance * 1e6:g} um"
+    )
+
+
+def _refine_parameters() -> Iterator[Array]:
+    spans = MIN_SPANS
+    while spans <= MAX_SPANS:
+        yield np.linspace(0.0, 1.0, 2 * spans + 1)
+        # doubled until halfway points agree; the error falls with the fourth power
+        spans *= 2
+
+
+def _interpolate(places: Array, ends: Any) -> tuple[Spline, Array]:
+    """Return a spline through every other point (2 n + 1, d) by chord length, and its values
+    halfway between.
+    """
+    length = np.concatenate([[0.0], np.cumsum(np.sqrt((np.diff(places, axis=0) ** 2).sum(axis=1)))])
+    spline = scipy.interpolate.make_interp_spline(length[::2], places[::2], k=DEGREE, bc_type=ends)
+    knots, multiplicities = np.unique(spline.t, return_counts=True)
+    return Spline(spline.c, knots, tuple(multiplicities.tolist())), spline(length[1::2])
+
+
+def format_stl(outline: Arcs, holes: Sequence[Arcs], width: float, tolerance: float) -> bytes:
+    """Return a prism of a width [m] as a binary STL file with chords within `tolerance` [m] of the
+    arcs.
+    """
+    from shapely import Polygon
+    from trimesh.creation import extrude_polygon
+    from trimesh.exchange.stl import export_stl
+
+    rings = [_MM * ring.points(tolerance) for ring in (outline, *holes)]
+    body = extrude_polygon(Polygon(rings[0], rings[1:]), _MM * width, engine="earcut")
+    return export_stl(body)

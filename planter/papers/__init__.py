@@ -1,0 +1,1 @@
+"""The machines of the four papers, each a package: file, model, results, commands, printed numbers."""

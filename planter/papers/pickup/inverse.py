@@ -1,0 +1,351 @@
+"""From points of the tip's path to the mechanism that draws it.
+
+Nothing here knows where the points come from.
+
+Extremes of the tip's distance from the sun's centre give both bars; at every point the triangle of
+the bars gives the angles of arm and carrier, and a spline of the fifth degree joins them to a law.
+While the arm dwells the tip's distance is constant: such points lie on a circle, and the dwell
+begins and ends where the law of the others reaches their angle. At these ends the path has corners,
+so no spline is laid across them.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import scipy
+
+from planter.errors import ComputationError, InputError
+from planter.kernels import Array
+from planter.kernels.formulas import load
+from planter.numerics.arrays import TURN, wrap_angle
+from planter.papers.pickup.law import MODEL, Dwell, SplineLaw
+from planter.papers.pickup.spline import DistanceExtreme, PathSpline, best_spline
+
+LAW_DEGREE = 5
+LEAST_TOOTHED = 8
+SHOWN = 4
+"""Places that a complaint names at most."""
+TOLERANCE = 1e-7
+"""How far distances may be apart that count as one [m]."""
+
+
+@dataclass(frozen=True)
+class Inversion:
+    """Bars [m], direction of the carrier at the farthest tip [rad], the law from there on, and the
+    path's spline.
+    """
+
+    L1: float
+    L2: float
+    phi5_far: float
+    law: SplineLaw
+    path: PathSpline
+
+
+def invert_path(points: Array, tolerance: float = TOLERANCE, source: str = "path") -> Inversion:
+    """The mechanism whose tip passes points (n, 2) in m, given in the order of a carrier that turns
+    counter-clockwise.
+
+    Raises InputError, naming `source`, where there is no such mechanism.
+    """
+    try:
+        return _inverted(points, tolerance, source)
+    except _TurnsBackError as error:
+        raise InputError(f"{error}{_other_order(points, tolerance)}") from None
+
+
+class _TurnsBackError(InputError):
+    """The points are not in the order of a carrier that turns counter-clockwise."""
+
+
+def _other_order(points: Array, tolerance: float) -> str:
+    """A hint where the points taken the other way round are such a path."""
+    try:
+        _inverted(points[::-1], tolerance, "")
+    except (InputError, ComputationError):
+        return ""
+    return " (in the opposite order they are such a path: turn the lines of the file round)"
+
+
+def _inverted(points: Array, tolerance: float, source: str) -> Inversion:
+    _check_outside(points, source)
+    flat = find_plateau(points, tolerance)
+    order = flat.toothed if flat else np.arange(len(points))
+    if len(order) < LEAST_TOOTHED:
+        raise InputError(
+            f"{source}: {len(order)} points outside the dwell are not enough: at least "
+            f"{LEAST_TOOTHED}"
+        )
+    path = best_spline(points[order], closed=flat is None)
+    far, nearest = _extremes(path, flat, points, tolerance, source)
+    bars = load(MODEL).at("bars", L3_max=far.distance, L3_min=nearest.distance)
+    chain = _Chain(path, far, nearest, np.array([bars["L1"], bars["L2"]]))
+    phi5, phi1 = chain.angles(path.knots[: len(order)])
+    _check_order(phi5, points[order], source)
+    if flat is None:
+        _check_order(np.append(phi5, phi5[0] + TURN), points[order], source)
+        phi5_far, law = _closed_law(chain, phi5, phi1)
+    else:
+        dwell_phi5, dwell_phi1 = chain.solve_dwell(points[flat.members], phi5[-1])
+        _check_order(
+            np.array([*phi5, *dwell_phi5, phi5[0] + TURN]), points[[*order, *flat.members]], source
+        )
+        phi5_far, law = _dwelling_law(
+            chain, phi5, phi1, dwell_phi5, float(np.mean(dwell_phi1)), source
+        )
+    return Inversion(bars["L1"], bars["L2"], phi5_far % TURN, law, path)
+
+
+def _extremes(
+    path: PathSpline, flat: Plateau | None, points: Array, tolerance: float, source: str
+) -> tuple[DistanceExtreme, DistanceExtreme]:
+    """The farthest and the nearest place, of which there must be one each; either may be the dwell
+    itself.
+    """
+    extremes = path.extremes(tolerance)
+    highs = [e for e in extremes if e.highest]
+    lows = [e for e in extremes if not e.highest]
+    if flat is not None:
+        place = points[flat.members[len(flat.members) // 2]]
+        dwell_distance = float(np.hypot(*place))
+        beyond = path.length * (1 + 1e-9)
+        if not highs and len(lows) == 1:
+            highs = (
+                [DistanceExtreme(beyond, place, True)]
+                if dwell_distance > np.hypot(*path.points.T).max() - tolerance
+                else []
+            )
+        if not lows and len(highs) == 1:
+            lows = (
+                [DistanceExtreme(beyond, place, False)]
+                if dwell_distance < np.hypot(*path.points.T).min() + tolerance
+                else []
+            )
+    if len(highs) != 1 or len(lows) != 1:
+        raise InputError(
+            f"{source}: the distance of the points from the origin, which must be the sun's "
+            f"centre, has {len(highs)} maxima and {len(lows)} "
+            f"minima{_describe_extremes(highs, lows)}: it must have one of each over the path, and "
+            "may dwell once; if the points are not exact, path.tolerance_mm = "
+            f"{tolerance * 1000:g} is too small"
+        )
+    if lows[0].distance <= tolerance:
+        raise InputError(
+            f"{source}: the path must not meet the origin: the sun's centre lies there"
+        )
+    return highs[0], lows[0]
+
+
+@dataclass(frozen=True)
+class _Chain:
+    """Angles of the mechanism along a path."""
+
+    path: PathSpline
+    far: DistanceExtreme
+    nearest: DistanceExtreme
+    bars: Array
+
+    def angles(self, u: Array) -> tuple[Array, Array]:
+        """Directions phi5 of the carrier and angles phi1 of the arm, both counted on along the
+        path.
+        """
+        way = self._way(u)
+        short, over = -self.path.square_less(u, self.far), self.path.square_less(u, self.nearest)
+        phi5, phi1 = self._solved(self.path(u), short, over, way)
+        return np.unwrap(phi5), phi1 + TURN * (u >= self.far.u)
+
+    def solve_dwell(self, places: Array, after: float) -> tuple[Array, Array]:
+        """Return these angles in the dwell, which follows the path's end, where the carrier is at
+        `after` [rad].
+        """
+        way = self._way(np.array([self.path.length]))
+        square = np.sum(places**2, axis=1)
+        short, over = self.far.distance**2 - square, square - self.nearest.distance**2
+        phi5, phi1 = self._solved(places, short, over, np.broadcast_to(way, len(places)))
+        phi5 = np.unwrap(np.concatenate([[after], phi5]))[1:]
+        return phi5, phi1 + TURN * (self.path.length >= self.far.u)
+
+    def _way(self, u: Array) -> Array:
+        """1 where the tip goes from its farthest to its nearest place, -1 on the way back."""
+        period = self.path.length * (1 if self.path.closed else 2)
+        return np.where(
+            (u - self.far.u) % period < (self.nearest.u - self.far.u) % period, 1.0, -1.0
+        )
+
+    def _solved(self, places: Array, short: Array, over: Array, way: Array) -> tuple[Array, Array]:
+        x, y = places.T
+        clipped = {"short": np.maximum(short, 0), "over": np.maximum(over, 0)}
+        angles = load(MODEL)("inverse", x_S=x, y_S=y, way=way, bars=self.bars, **clipped)
+        return angles["phi5"], angles["phi1"]
+
+    def direction(self, near_to: float) -> float:
+        """Direction of the carrier at the farthest place, that of the tip, in the turn that a guess
+        lies in.
+        """
+        raw = float(np.arctan2(*self.far.place[::-1]))
+        return raw + TURN * round((near_to - raw) / TURN)
+
+
+def _describe_extremes(highs: Sequence[DistanceExtreme], lows: Sequence[DistanceExtreme]) -> str:
+    """Return the positions of the first extremes as text."""
+    extremes = [*highs[:SHOWN], *lows[:SHOWN]]
+    return f" (at {', '.join(_place(extreme.place) for extreme in extremes)})" if extremes else ""
+
+
+def _place(point: Array) -> str:
+    return f"({point[0] * 1000:.5g}, {point[1] * 1000:.5g}) mm"
+
+
+def _check_outside(points: Array, source: str) -> None:
+    """Raise InputError for a path round the origin, which the tip cannot go: the planet's arm is
+    the longer bar.
+    """
+    ring = np.vstack([points, points[:1]])
+    steps = np.diff(np.arctan2(ring[:, 1], ring[:, 0]))
+    if round(float(np.sum(wrap_angle(steps))) / TURN):
+        raise InputError(
+            f"{source}: the path goes round the origin, where the sun's centre lies, but it must "
+            "leave it outside (are the points counted from there?)"
+        )
+
+
+def _check_order(phi5: Array, places: Array, source: str) -> None:
+    """Raise _TurnsBackError unless the carrier's angles, from the dwell's end on, increase from
+    place to place.
+    """
+    falls = np.flatnonzero(np.diff(phi5) <= 0)
+    if len(falls):
+        raise _TurnsBackError(
+            f"{source}: the carrier would have to turn back at {len(falls)} of {len(places)} "
+            f"points, the first at {_place(places[falls[0]])}: they must be in the order of a "
+            "carrier that turns counter-clockwise, on a path that the mechanism can draw"
+        )
+
+
+def _closed_law(chain: _Chain, phi5: Array, phi1: Array) -> tuple[float, SplineLaw]:
+    """A law without dwell: the lead of the arm over the carrier repeats after a turn."""
+    far = chain.direction(float(np.interp(chain.far.u, chain.path.knots[:-1], phi5)))
+    t, lead = phi5 - far, phi1 - phi5 + far - TURN
+    ring, closed = np.append(t, t[0] + TURN), np.append(lead, lead[0])
+    curve = scipy.interpolate.make_interp_spline(ring, closed, k=LAW_DEGREE, bc_type="periodic")
+    curve.extrapolate = "periodic"
+    return far, SplineLaw(curve, None, 0.0)
+
+
+def _dwelling_law(
+    chain: _Chain, phi5: Array, phi1: Array, held5: Array, held1: float, source: str
+) -> tuple[float, SplineLaw]:
+    """A law on teeth between the ends of the dwell, which are where it reaches the angle that is
+    held.
+    """
+    begin, end = (float(held5[-1]) - TURN, held1 - TURN), (float(held5[0]), held1)
+    arm = _spline(phi5, phi1)
+    first, last = _meets(arm, begin, float(phi5[0])), _meets(arm, end, float(phi5[-1]))
+    nodes = [begin] * (first is None) + list(zip(phi5, phi1, strict=True)) + [end] * (last is None)
+    arm = _spline(*np.array(nodes).T)
+    ends = begin[0] if first is None else first, end[0] if last is None else last
+    if ends[1] - ends[0] >= TURN:
+        raise ComputationError(f"{source}: the dwell that the points show has no length")
+    if chain.far.u > chain.path.length:
+        far = (ends[1] + ends[0] + TURN) / 2
+    else:
+        far = chain.direction(float(np.interp(chain.far.u, chain.path.knots, phi5)))
+    turns = np.floor((ends[1] - far) / TURN)
+    shift = far + turns * TURN
+    lead = scipy.interpolate.BSpline(arm.t - shift, arm.c - _greville(arm) + far - TURN, arm.k)
+    dwell = Dwell(float(ends[1] - shift), float(ends[0] - shift + TURN))
+    return far, SplineLaw(lead, dwell, held1 - TURN - turns * TURN)
+
+
+def _greville(curve: scipy.interpolate.BSpline) -> Array:
+    """Coefficients of the spline on the same knots that gives its argument back."""
+    return np.array([curve.t[i + 1 : i + 1 + curve.k].mean() for i in range(len(curve.c))])
+
+
+def _spline(phi5: Array, phi1: Array) -> scipy.interpolate.BSpline:
+    return scipy.interpolate.make_interp_spline(
+        phi5, phi1, k=min(LAW_DEGREE, len(phi5) // 2 * 2 - 1)
+    )
+
+
+def _meets(
+    arm: scipy.interpolate.BSpline, dwell_end: tuple[float, float], toothed: float
+) -> float | None:
+    """Return the angle at which a law reaches the arm's angle in the dwell, or None if it does not
+    before the dwell.
+    """
+    angle, level = dwell_end
+    if (arm(toothed) - level) * (arm(angle) - level) > 0:
+        return None
+    return float(
+        scipy.optimize.brentq(
+            lambda x: float(arm(x)) - level, toothed, angle, xtol=1e-15, rtol=1e-15
+        )
+    )
+
+
+LEAST_SWEEP = np.radians(5)
+"""Angle at the sun's centre that a run of equal distances must cover: near an extreme they are
+nearly equal, too.
+"""
+LEAST_POINTS = 3
+
+
+@dataclass(frozen=True)
+class Plateau:
+    """Indices of the points in the dwell, in order, and of the others, from the dwell's end round
+    to its start.
+    """
+
+    members: Any
+    toothed: Any
+
+
+def find_plateau(points: Array, tolerance: float) -> Plateau | None:
+    """The longest run of points (n, 2) of a closed path whose distances from the origin are
+    equal.
+    """
+    distance = np.hypot(*points.T)
+    if np.ptp(distance) <= tolerance:
+        return None
+    begin, count = _longest(distance, tolerance)
+    members = (begin + np.arange(count)) % len(points)
+    if count < LEAST_POINTS or _sweep(points[members]) < LEAST_SWEEP:
+        return None
+    return Plateau(members, (begin + count + np.arange(len(points) - count)) % len(points))
+
+
+def _sweep(places: Array) -> float:
+    """Angle that a run of places covers at the origin."""
+    directions = np.unwrap(np.arctan2(places[:, 1], places[:, 0]))
+    return float(abs(directions[-1] - directions[0]))
+
+
+def _longest(distance: Array, tolerance: float) -> tuple[int, int]:
+    """Start and length of the longest cyclic run whose values differ by the tolerance at most.
+
+    `highs` and `lows` hold the places in the run that may yet be its greatest or its least value,
+    in order.
+    """
+    values = [*distance.tolist(), *distance.tolist()]
+    highs: deque[int] = deque()
+    lows: deque[int] = deque()
+    begin, best = 0, (0, 0)
+    for end, value in enumerate(values):
+        for run, sign in ((highs, 1), (lows, -1)):
+            while run and sign * values[run[-1]] <= sign * value:
+                run.pop()
+            run.append(end)
+        while values[highs[0]] - values[lows[0]] > tolerance:
+            begin += 1
+            for run in (highs, lows):
+                if run[0] < begin:
+                    run.popleft()
+        if end + 1 - begin > best[1]:
+            best = begin, end + 1 - begin
+    return best

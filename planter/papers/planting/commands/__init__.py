@@ -1,0 +1,5 @@
+"""Commands of the planting device."""
+
+from planter.papers.planting.commands import design
+
+app = design.app

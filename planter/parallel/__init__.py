@@ -1,1 +1,0 @@
-"""Parallel jobs of one task: in worker processes of this computer, or on a Dask cluster."""

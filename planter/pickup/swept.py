@@ -1,5 +1,0 @@
-"""Adapter of pick-ups for sweeps and tolerances (`planter.tolerance.adapter`)."""
-
-from planter.tolerance.adapter import FileAdapter
-
-ADAPTER = FileAdapter(__package__, "load_pickup")

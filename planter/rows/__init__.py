@@ -1,0 +1,1 @@
+"""Rows of outputs: sweeps over plans, tolerances by Monte Carlo, robust designs."""

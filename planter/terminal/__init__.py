@@ -1,1 +1,0 @@
-"""What commands take and say on a terminal."""

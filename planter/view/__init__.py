@@ -1,1 +1,0 @@
-"""Animated drawings of a mechanism for reports, notebooks and the studio."""

@@ -1,0 +1,192 @@
+"""Every symbol, key and column can be explained, and a machine is what its statement says."""
+
+import csv
+import tomllib
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from planter.cli.explain import dictionary
+from planter.cli.explain.machine import explain_machine, find_meanings
+from planter.errors import InputError
+from planter.files import schema, units
+from planter.kernels import generated
+from tests.support import machines, own
+from tests.support.cli import answer, refusal, run
+from tests.support.schemas import load_schema
+
+
+@cache
+def named() -> set[str]:
+    return {
+        name
+        for meaning in dictionary.collect_meanings()
+        for name in (meaning.name, meaning.key)
+        if name
+    }
+
+
+def numeric_keys(node: Any) -> Iterator[str]:
+    """Keys of a schema, at any depth, below which a number may stand."""
+    if isinstance(node, Mapping):
+        for key, value in node.get("properties", {}).items():
+            if dictionary.carries_number(value):
+                yield key
+        for value in node.values():
+            yield from numeric_keys(value)
+
+
+def test_every_numeric_schema_key_is_explained() -> None:
+    keys = {
+        key for command in schema.load_result_types() for key in numeric_keys(load_schema(command))
+    }
+    assert len(keys) > 200
+    assert keys <= named()
+    assert "made_up_N" not in named()
+
+
+def test_every_model_symbol_is_explained() -> None:
+    meanings = {(meaning.name, meaning.meaning) for meaning in dictionary.collect_meanings()}
+    for name in generated.names():
+        for vector in generated.sidecar(name).get("vectors", {}).values():
+            for entry in vector if isinstance(vector, list) else ():
+                assert (entry["name"], entry["meaning"]) in meanings
+
+
+@pytest.mark.parametrize("name", ["wang2017-wide", "compact"])
+def test_every_number_of_a_machine_file_is_explained(name: str) -> None:
+    for path in machines.machine(name).numbers():
+        key = path.partition("[")[0]
+        assert {key, key.rpartition(".")[2]} & named(), path
+
+
+def test_every_key_of_a_file_has_a_meaning_of_its_own() -> None:
+    keys = [meaning for meaning in dictionary.collect_meanings() if meaning.kind == "file key"]
+    shared = Counter((meaning.machine, meaning.source, meaning.meaning) for meaning in keys)
+    assert len(keys) > 200
+    assert [
+        meaning.key
+        for meaning in keys
+        if shared[meaning.machine, meaning.source, meaning.meaning] > 1
+    ] == []
+
+
+def test_keys_of_a_machine_are_explained() -> None:
+    described = explain_machine(own.file("transplanting_arm").source, {})
+
+    def list_keys(key: str) -> list[str | None]:
+        return [meaning.key for meaning in find_meanings(described, key).meanings]
+
+    assert list_keys("objective") == ["objective.least", "objective.samples"]
+    assert list_keys("hold") == list_keys("requirements.hold") == ["requirements.hold"]
+    assert list_keys("a_mm") == ["values.a_mm"]
+    assert len(list_keys("genetic_algorithm")) == 6
+    with pytest.raises(InputError, match="did you mean hold"):
+        list_keys("holdd")
+
+
+CALLS = (
+    ("train", "sun2019-curve"),
+    ("synthesise", "sun2019-corrected"),
+    ("pickup", "yu2023"),
+    ("clutch", "field"),
+    ("clutch", "geometry", "shi2021"),
+    ("clutch", "engage", "shi2021", "--mode", "contact"),
+)
+
+
+@pytest.mark.parametrize(
+    "call",
+    [pytest.param(call, marks=[] if i == 0 else pytest.mark.long) for i, call in enumerate(CALLS)],
+)
+def test_every_written_column_is_explained(call: tuple[str, ...], tmp_path: Path) -> None:
+    code, _, err = run(*call, "--out", str(tmp_path))
+    assert code == 0, err
+    written = list(tmp_path.rglob("*.csv"))
+    assert written
+    for path in written:
+        head, *rows = (
+            row for row in csv.reader(path.open(encoding="utf-8")) if not row[0].startswith("#")
+        )
+        numeric = [name for name, cell in zip(head, rows[0], strict=True) if _is_number(cell)]
+        assert set(numeric) <= named(), path.name
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        float(cell)
+    except ValueError:
+        return False
+    return True
+
+
+def test_a_name_has_unit_key_and_verdict() -> None:
+    (force,) = (
+        meaning
+        for meaning in dictionary.explain_name("F_B1x").meanings
+        if meaning.machine == "planting"
+    )
+    assert (force.unit, force.key) == ("N", "F_B1x_N")
+    (angle,) = (
+        meaning
+        for meaning in dictionary.explain_name("mu").meanings
+        if meaning.machine == "planting"
+    )
+    assert angle.equations is not None
+    assert (angle.equations[0].equation, angle.equations[0].verdict) == ("1", "confirmed")
+    (ratio,) = (meaning for meaning in dictionary.explain_name("gears.poisson_ratio").meanings)
+    assert ratio.allowed == "at least 0, less than 0.5, may be left out"
+    (curve,) = (meaning for meaning in dictionary.explain_name("R3_mm").meanings)
+    assert curve.meaning.startswith("radius of the eccentric circle")
+
+
+def test_an_unknown_name_is_asked_back_and_all_names_are_listed() -> None:
+    assert "did you mean F_B1" in refusal("explain", "F_B1z_N")
+    names = answer("explain")["names"]
+    assert "F_B1x" in names["planting"]
+    assert "x_s" in names["mapping"]
+
+
+@pytest.fixture(scope="module")
+def path() -> str:
+    return str(own.generated("cam_follower") / "cam_follower.toml")
+
+
+def test_explanations_equal_sidecar(path: str, tmp_path: Path) -> None:
+    result = answer("explain", path, "--set", "h_mm=15", "--out", str(tmp_path))
+    sidecar = own.file("cam_follower").model.sidecar
+    vectors = sidecar["vectors"]
+    assert [v["name"] for v in result["values"]] == [e["name"] for e in vectors["data"]]
+    single = [value["name"] for value in result["quantities"] if "components" not in value]
+    assert single == [entry["name"] for entry in vectors["outputs"]]
+    sizes = {value["name"]: value["components"] for value in result["quantities"][len(single) :]}
+    assert sizes["F_O"] == ["F_Ox", "F_Oy"]
+    assert [value["name"] for value in result["functions"]] == list(sidecar["functions"])
+    lift = next(value for value in result["values"] if value["name"] == "h")
+    assert (lift["value"], lift["allowed"]) == (15.0, "from 8 to 20 mm")
+    push = next(value for value in result["quantities"] if value["name"] == "N_cam")
+    assert "only push" in push["meaning"]
+    assert {value["kind"] for value in result["quantities"]} == {"quantity", "check"}
+    assert all((tmp_path / file).is_file() for file in result["files"])
+
+
+def test_unknown_keys_are_refused_with_close_ones(path: str) -> None:
+    assert "did you mean N_cam" in refusal("explain", path, "N_camm")
+    assert "F_B1x" in refusal("explain", "wang2017", "F_B1xx")
+    assert "nowhere.toml" in refusal("explain", "nowhere.toml", "h_mm")
+
+
+def test_values_are_in_the_unit_beside_them(path: str, tmp_path: Path) -> None:
+    answer("explain", path, "--out", str(tmp_path))
+    numbers = tomllib.loads(Path(path).read_text(encoding="utf-8"))["values"]
+    with (tmp_path / "symbols.csv").open(encoding="utf-8", newline="") as file:
+        values = [row for row in csv.DictReader(file) if row["kind"] == "value"]
+    assert {row["unit"] for row in values} > {"mm"}
+    for row in values:
+        name = row["key"].removeprefix("values.")
+        assert float(row["value"]) == pytest.approx(numbers[name])
+        assert row["unit"] == units.display_unit(name)

@@ -1,0 +1,276 @@
+"""Teeth in mesh: contacts, gaps, lost motion, polygons; and what is not made right is found."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import shapely
+from scipy.optimize import brentq
+
+from planter.errors import GeometryError
+from planter.gears.geometry import cutting, pitch_curves
+from planter.gears.geometry.contacts import Contacts
+from planter.gears.geometry.cutting import ToothedPair, ToothOrder, cut_teeth
+from planter.gears.geometry.gear import Gear
+from planter.gears.geometry.mesh import Mesh
+from planter.gears.geometry.polygons import FINE_CHORDS, Overlay
+from planter.kernels import Array
+from tests.support import pairs
+from tests.support.toothed import FREE, REFUSED, circles, involute, stage
+
+PLAY = 5e-5
+COS = math.cos(math.radians(20))
+MESHES = [
+    ("eccentric_circle", 1, 32),
+    ("ellipse", 8, 25),
+    ("fourier", 0, 25),
+    ("limacon", 0, 25),
+    ("sine", 0, 25),
+]
+EVERY = [
+    (family, seed, (25, 32, 41, 60)[seed % 4])
+    for family in sorted(pairs.FAMILIES)
+    for seed in range(10)
+    if (family, seed) not in REFUSED
+]
+
+
+def exact(family: str, seed: int, z: int) -> None:
+    """Conjugate without play; with it the gap is that of the rack everywhere, and so is the lost
+    motion.
+    """
+    still = stage(family, seed, z)
+    assert np.abs(still.contacts.errors).max() < 1e-11
+    loose = stage(family, seed, z, replace(FREE, play=PLAY))
+    gaps = loose.contacts.gaps
+    np.testing.assert_allclose(gaps, PLAY / 2 * COS, atol=1e-13)
+    assert loose.overlaps.max() == 0 or family in ("fourier", "limacon", "sine")
+    side = loose.contacts.faced.side
+    if loose.mesh.laps.min() > PLAY:
+        for sign in (-1.0, 1.0):
+            assert len(np.unique(loose.contacts.faced.at[side == sign])) == len(
+                loose.mesh.positions
+            )
+
+
+@pytest.mark.parametrize(("family", "seed", "z"), MESHES[:3])
+def test_flanks_are_conjugate(family: str, seed: int, z: int) -> None:
+    exact(family, seed, z)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(("family", "seed", "z"), EVERY)
+def test_flanks_are_conjugate_on_any_curve(family: str, seed: int, z: int) -> None:
+    exact(family, seed, z)
+
+
+def test_lost_motion_is_the_gap_over_the_arm_of_the_normal() -> None:
+    pair = stage("ellipse", 0, 31, replace(FREE, play=PLAY))
+    mesh, s = pair.mesh, pair.mesh.positions
+    x, y, tx, ty = mesh.gear.curve.at(s)[:4]
+    lean = np.arctan2(x * tx + y * ty, x * ty - y * tx)
+    arm = mesh.pair.distance - np.hypot(x, y)
+    for column, side in ((0, -1), (1, 1)):
+        expected = PLAY / 2 * COS / (arm * np.cos(math.radians(20) + side * lean))
+        lost = pair.lost_motion.reshape(-1, 2)[:, column]
+        np.testing.assert_allclose(lost, expected, atol=1e-6)
+        assert np.abs(lost - expected).max() < 0.02 * expected.max()
+
+
+@pytest.mark.parametrize("more", [1e-7, 2e-5, 6e-4])
+def test_circles_farther_apart_agree_with_involutes(more: float) -> None:
+    """Base circles stay, and the angle of contact grows to that of the new distance."""
+    pair = circles(25, 50, ToothOrder(play=PLAY))
+    base, farther = 25e-3 * COS, pair.farther(more)
+    assert farther is not None
+    a = pair.mesh.pair.distance + more
+    angle = math.acos(3 * base / a)
+    opened = 3 * base * (involute(angle) - involute(math.radians(20)))
+    expected = (opened + PLAY / 2 * COS) / (2 * base)
+    np.testing.assert_allclose(farther.lost_motion, np.full((720, 2), expected), rtol=1e-9)
+    tips = math.sqrt(27e-3**2 - base**2) + math.sqrt(52e-3**2 - (2 * base) ** 2)
+    path = tips - a * math.sin(angle)
+    np.testing.assert_allclose(farther.contact_ratios, path / (math.pi * 2e-3 * COS), rtol=1e-12)
+
+
+def test_circles_lose_contact_at_contact_ratio_unity() -> None:
+    pair, base = circles(25, 50, ToothOrder(play=PLAY)), 25e-3 * COS
+
+    def ratio(more: float) -> float:
+        a = pair.mesh.pair.distance + more
+        tips = math.sqrt(27e-3**2 - base**2) + math.sqrt(52e-3**2 - (2 * base) ** 2)
+        return (tips - math.sqrt(a**2 - (3 * base) ** 2)) / (math.pi * 2e-3 * COS)
+
+    limit = brentq(lambda more: ratio(more) - 1, 0, 3e-3)
+    assert pair.farther(limit - 2e-6) is not None
+    assert [pair.farther(more) for more in (limit + 2e-6, 3.9e-3)] == [None] * 2
+
+
+def test_sides_of_lost_motion_stop_the_mate_as_polygons() -> None:
+    """Turned by the lost motion to either side, polygons of the mate touch those of the gear and do
+    not overlap.
+    """
+    pair = stage("ellipse", 0, 31, replace(FREE, play=PLAY))
+    farther = pair.farther(2e-4)
+    assert farther is not None
+    overlay, where, some = (
+        Overlay.from_mesh(farther.mesh),
+        pair.mesh.positions,
+        np.arange(0, 720, 90),
+    )
+    first, second = overlay.placed(where[some])
+    axis = [(farther.mesh.pair.distance, 0.0)] * len(some)
+    for column, sense in ((0, -1), (1, 1)):
+        lost = sense * farther.lost_motion[some, column]
+        for share, touches in ((0.98, False), (1.02, True)):
+            turned = [
+                shapely.affinity.rotate(part, share * turn, centre, use_radians=True)
+                for part, turn, centre in zip(second, lost, axis, strict=True)
+            ]
+            assert (shapely.area(shapely.intersection(first, turned)) > 1e-12).tolist() == [
+                touches
+            ] * len(some)
+
+
+def test_zero_centre_error_has_no_effect() -> None:
+    pair = stage("ellipse", 0, 31, replace(FREE, play=1e-8))
+    farther = pair.farther(1e-12)
+    assert farther is not None
+    np.testing.assert_allclose(farther.contact_ratios, pair.mesh.contact_ratios, rtol=1e-6)
+    np.testing.assert_allclose(farther.lost_motion, pair.lost_motion, rtol=1e-2)
+
+
+def test_polygons_keep_the_gap_and_overlap_nowhere() -> None:
+    for pair in (
+        stage("eccentric_circle", 1, 32, replace(FREE, play=PLAY)),
+        circles(23, 41, ToothOrder(play=PLAY)),
+    ):
+        gap = pair.polygon_gaps
+        assert gap.min() >= PLAY / 2 * COS - 1e-13
+        assert gap.max() < PLAY / 2 * COS + 2e-6
+        assert pair.overlaps.max() == 0
+    touching = stage("eccentric_circle", 1, 32)
+    assert touching.overlaps.max() < 1e-16
+    assert touching.polygon_gaps.max() < 1e-6
+
+
+def test_contact_ratio_below_unity_is_refused() -> None:
+    """On circles the rolling length that two pairs share is the contact ratio's excess over one, in
+    pitches.
+    """
+    mesh = circles(20, 30, ToothOrder()).mesh
+    np.testing.assert_allclose(mesh.laps, (mesh.contact_ratios[0] - 1) * mesh.pitch, rtol=1e-9)
+    with pytest.raises(
+        GeometryError,
+        match=r"the contact ratio of tooth \d+ of gear with tooth \d+ of mate is 0.74",
+    ):
+        circles(40, 40, ToothOrder(addendum=0.4))
+
+
+def test_sliding_agrees_with_pitch_point_distance() -> None:
+    pair = circles(20, 30, ToothOrder())
+    path = math.pi * 2e-3 * COS * pair.mesh.contact_ratios[0]
+    tip = math.sqrt(22e-3**2 - (20e-3 * COS) ** 2) - 20e-3 * math.sin(math.radians(20))
+    assert Contacts(pair.mesh, pair.mesh.ends).sliding.max() == pytest.approx(
+        max(tip, path - tip) * (1 + 20 / 30), rel=1e-9
+    )
+
+
+def test_mate_turns_once_in_several_gear_turns() -> None:
+    curves = pitch_curves.build_contact_pair(lobe(2), 0.09, np.linspace(0, 2 * np.pi, 3), turns=2)
+    assert curves.mate.length == pytest.approx(2 * curves.gear.length, rel=1e-13)
+    pair = cut_teeth(curves, replace(FREE, teeth=30), "pair", ("gear", "mate"))
+    assert pair.sized.teeth == (30, 60)
+    assert np.abs(pair.contacts.errors).max() < 1e-11
+    assert pair.overlaps.max() < 1e-14
+
+
+def lobe(turns: int):
+    """A contact with a cosine for its ratio, whose mate turns once in so many turns."""
+    distance, share = 0.09, 0.15
+
+    def contact(t: Array) -> Array:
+        f = (1 + share * np.cos(t)) / turns
+        df, ddf = -share * np.sin(t) / turns, -share * np.cos(t) / turns
+        r = distance * f / (1 + f)
+        dr = distance * df / (1 + f) ** 2
+        ddr = distance * (ddf / (1 + f) ** 2 - 2 * df**2 / (1 + f) ** 3)
+        return np.array([r, dr, ddr, f, df, (t + share * np.sin(t)) / turns])
+
+    return contact
+
+
+@pytest.fixture(scope="module")
+def sound() -> ToothedPair:
+    return stage("eccentric_circle", 1, 32, replace(FREE, play=1e-6))
+
+
+def tampered(pair: ToothedPair, **of_mate: object) -> Overlay:
+    """The overlay with a mate that was made otherwise."""
+    flanks = replace(pair.mesh.mate.flanks, **of_mate)
+    return Overlay.from_mesh(Mesh(pair.mesh.pair, pair.mesh.gear, Gear("mate", flanks)))
+
+
+def refused(overlay: Overlay) -> bool:
+    at = overlay.mesh.positions
+    return overlay.overlaps(at).max() > 0
+
+
+def test_half_a_tooth_offset_is_detected(sound: ToothedPair) -> None:
+    assert not refused(tampered(sound))
+    slipped = tampered(sound, phase=0.0)
+    with pytest.raises(GeometryError, match=r"the teeth overlap by 0\.\d+ modules"):
+        cutting.check_penetration(slipped.mesh, slipped.deepest, "pair")
+
+
+def test_depth_agrees_with_nearer_axes() -> None:
+    """Flanks of circles, brought nearer by little, reach into each other by that times the sine of
+    the angle.
+    """
+    mesh, nearer = circles(25, 50, FREE).mesh, 1e-5
+    close = replace(mesh, pair=replace(mesh.pair, distance=mesh.pair.distance - nearer))
+    depths = Overlay.from_mesh(close, FINE_CHORDS).depths(mesh.positions[:20])
+    np.testing.assert_allclose(depths, nearer * math.sin(math.radians(20)), rtol=0.1)
+    cutting.check_penetration(mesh, Overlay.from_mesh(mesh, FINE_CHORDS).deepest, "pair")
+    with pytest.raises(GeometryError, match=r"the teeth overlap by 0\.001\d+ modules"):
+        cutting.check_penetration(close, Overlay.from_mesh(close, FINE_CHORDS).deepest, "pair")
+
+
+def test_small_rotation_of_a_gear_is_detected(sound: ToothedPair) -> None:
+    turned = [
+        shapely.affinity.rotate(outline, k * 1e-4, (0, 0), use_radians=True)
+        for k, outline in enumerate(Overlay.from_mesh(sound.mesh).outlines)
+    ]
+    assert refused(Overlay(sound.mesh, (turned[0], turned[1])))
+
+
+def test_axes_too_near_are_detected(sound: ToothedPair) -> None:
+    closer = replace(sound.mesh.pair, distance=sound.mesh.pair.distance - 1e-5)
+    mesh = Mesh(closer, *sound.gears)
+    assert refused(Overlay.from_mesh(mesh))
+    assert Contacts(mesh, mesh.facing(mesh.positions)).gaps.min() < -2e-6
+    assert np.abs(Contacts(mesh, mesh.facing(mesh.positions)).errors).max() > 1e-6
+
+
+@pytest.mark.parametrize(
+    ("first", "last"), [(300, 308), (302, 303)], ids=["a tooth", "a point of a flank"]
+)
+def test_moved_outline_is_detected(sound: ToothedPair, first: int, last: int) -> None:
+    first_outline, second = Overlay.from_mesh(sound.mesh).outlines
+    points = shapely.get_coordinates(first_outline)
+    points[first:last] += (
+        5e-6 * points[first:last] / np.hypot(*points[first:last].T)[:, None] @ [[0, 1], [-1, 0]]
+    )
+    points[first:last] += 5e-6 * points[first:last] / np.hypot(*points[first:last].T)[:, None]
+    assert refused(Overlay(sound.mesh, (shapely.Polygon(points), second)))
+
+
+def test_a_flank_of_another_rack_is_not_conjugate(sound: ToothedPair) -> None:
+    other = replace(sound.mesh.gear.rack, pressure_angle=math.radians(20.01))
+    mesh = Mesh(
+        sound.mesh.pair, sound.mesh.gear, Gear("mate", replace(sound.mesh.mate.flanks, rack=other))
+    )
+    assert np.abs(Contacts(mesh, mesh.facing(mesh.positions)).errors).max() > 1e-7

@@ -1,0 +1,144 @@
+"""Curves of arcs: circles and segments by closed forms, fitted arcs, and points along an
+outline.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from planter.errors import ComputationError
+from planter.gears.workshop.arcs import Arcs, ClosedCurve, build_circle, fit_arcs, sample_outline
+from tests.support.outlines import Lobes, between, lobes, sampled
+
+TOLERANCE = 1e-6
+EXACT = Lobes(0, 2 * np.pi)
+ROUNDING = 1e-15
+
+
+def strays(arcs: Arcs) -> float:
+    """Return the largest distance of arcs and curve, from either."""
+    places = EXACT.at(np.linspace(0, 1, 2000))
+    return max(float(EXACT.off(sampled(arcs)).max()), float(between(places, arcs).max()))
+
+
+@pytest.mark.parametrize("tolerance", [1e-4, 1e-6, 1e-8])
+@pytest.mark.parametrize("pieces", [5, 12])
+def test_arcs_stay_within_the_stated_deviation(tolerance: float, pieces: int) -> None:
+    arcs = fit_arcs(lobes(pieces), tolerance)
+    assert strays(arcs.arcs) <= arcs.deviation * (1 + 1e-3) + ROUNDING
+    assert 0.2 * tolerance < arcs.deviation <= tolerance
+    assert arcs.arcs.area == pytest.approx(EXACT.area, rel=tolerance / 0.02)
+
+
+def test_arcs_have_the_signs_of_curvature() -> None:
+    arcs = fit_arcs(lobes(), TOLERANCE).arcs
+    middles = sampled(arcs, 3)[1::3]
+    share = np.arctan2(middles[:, 1], middles[:, 0]) / (2 * np.pi) % 1
+    curvature = EXACT.curvature(share)
+    clear = np.abs(curvature) > 3
+    assert (curvature[clear] < 0).any()
+    np.testing.assert_array_equal(np.sign(arcs.bulges[clear]), np.sign(curvature[clear]))
+
+
+def test_arcs_are_tangent_at_vertices() -> None:
+    arcs = fit_arcs(lobes(), TOLERANCE).arcs
+    heading = np.arctan2(*arcs.chords.T[::-1])
+    ending, starting = heading + arcs.half_angles, np.roll(heading - arcs.half_angles, -1)
+    np.testing.assert_allclose(np.exp(1j * (starting - ending)), 1, atol=1e-12)
+
+
+def test_deviation_falls_with_the_cube_of_the_arcs() -> None:
+    counts = [len(fit_arcs(lobes(3), tolerance).arcs.vertices) for tolerance in (1e-5, 1e-5 / 512)]
+    assert 6 < counts[1] / counts[0] < 10
+
+
+def test_circles_and_lines_are_single_arcs() -> None:
+    arcs = fit_arcs([Lobes(0, 1.2, depth=0), Lobes(1.2, 2.4, depth=0)], TOLERANCE, closed=False)
+    assert len(arcs.arcs.vertices) == 3
+    assert arcs.arcs.lengths.sum() == pytest.approx(2.4 * 0.03, rel=1e-14)
+
+
+def test_curve_of_points_is_followed() -> None:
+    arcs = fit_arcs([ClosedCurve("pitch", EXACT.at)], TOLERANCE)
+    assert strays(arcs.arcs) <= TOLERANCE
+
+
+def test_wrong_side_and_moved_vertex_are_detected() -> None:
+    arcs = fit_arcs(lobes(), TOLERANCE).arcs
+    hollow, convex = int(arcs.bulges.argmin()), int(arcs.bulges.argmax())
+    for index in (hollow, convex):
+        bulges = arcs.bulges.copy()
+        bulges[index] *= -1
+        assert strays(replace(arcs, bulges=bulges)) > 2 * TOLERANCE
+    vertices = arcs.vertices.copy()
+    vertices[7] *= 1 + 5e-6 / np.hypot(*vertices[7])
+    assert strays(replace(arcs, vertices=vertices)) > 2 * TOLERANCE
+
+
+def test_piece_with_corner_is_refused_by_name() -> None:
+    class Corner(Lobes):
+        def tangent(self, s):  # type: ignore[no-untyped-def]
+            return np.where(s[:, None] < 0.4, [[1.0, 0.0]], [[0.0, 1.0]])
+
+    with pytest.raises(ComputationError, match=r"piece 1, root, turns too sharply"):
+        fit_arcs([Lobes(0, 1), Corner(1, 2, kind="root")], TOLERANCE)
+
+
+SQUARE = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+
+
+def test_circle_has_exact_area_length_and_points() -> None:
+    arcs = build_circle(0.7, (0.2, -0.3)).moved(1.1)
+    assert arcs.area == pytest.approx(np.pi * 0.7**2, rel=1e-14)
+    assert arcs.lengths.sum() == pytest.approx(2 * np.pi * 0.7, rel=1e-14)
+    centre = np.array([[0.2, -0.3]]) @ [[np.cos(1.1), np.sin(1.1)], [-np.sin(1.1), np.cos(1.1)]]
+    places = arcs.points(1e-5)
+    np.testing.assert_allclose(np.hypot(*(places - centre).T), 0.7, rtol=1e-14)
+    chords = np.hypot(*(np.roll(places, -1, axis=0) - places).T)
+    assert (0.7 - np.sqrt(0.7**2 - (chords / 2) ** 2)).max() <= 1e-5
+
+
+@pytest.mark.parametrize("turn", [1e-7, 1e-4, 3e-3, 0.5, 3.0])
+@pytest.mark.parametrize("sign", [1, -1])
+def test_side_bulges_outwards_right_and_inwards_left(turn: float, sign: int) -> None:
+    bulges = np.array([sign * np.tan(turn / 4), 0, 0, 0])
+    radius = 1 / (2 * np.sin(turn / 2))
+    segment = (
+        radius**2 * (turn - np.sin(turn)) / 2 if turn > 1e-3 else turn / 12 * (1 + turn**2 / 30)
+    )
+    assert Arcs(SQUARE, bulges).area == pytest.approx(1 + sign * segment, rel=1e-14)
+    assert np.sign(Arcs(SQUARE, bulges).points(1e-3 * turn)[1, 1]) == -sign
+
+
+def test_reversed_polygon_has_negative_area() -> None:
+    assert Arcs(SQUARE[::-1], np.zeros(4)).area == -1
+
+
+def test_open_curve_ends_at_the_last_vertex() -> None:
+    arcs = Arcs(SQUARE, np.array([1.0, 0, 0, 0]), closed=False)
+    assert arcs.lengths == pytest.approx([np.pi / 2, 1, 1])
+    np.testing.assert_array_equal(arcs.points(1e-3)[[0, -1]], SQUARE[[0, -1]])
+
+
+def test_sampled_outline_agrees_with_pieces() -> None:
+    pieces = lobes(5)
+    arcs = sample_outline(pieces, 64)
+    ends = np.cumsum([piece.length for piece in pieces])
+    np.testing.assert_allclose(arcs.length[arcs.piece == 4][-1], ends[-1], rtol=1e-8)
+    np.testing.assert_allclose(arcs.length[64::65], ends, rtol=1e-8)
+    tangents = np.diff(arcs.place[arcs.piece == 2], axis=0)
+    across = arcs.normal[arcs.piece == 2][:-1] + arcs.normal[arcs.piece == 2][1:]
+    assert np.abs((tangents * across).sum(axis=1)).max() < 1e-3 * np.hypot(*tangents.T).max()
+    outwards = arcs.place + 1e-6 * arcs.normal
+    assert (pieces[0].off(outwards) > 5e-7).all()
+    radius = np.hypot(*outwards.T)
+    assert (radius > pieces[0].polar(np.arctan2(outwards[:, 1], outwards[:, 0]))[0]).all()
+    assert set(arcs.columns()) == {
+        "arc_length_mm",
+        "x_mm",
+        "y_mm",
+        "normal_x",
+        "normal_y",
+        "curvature_per_mm",
+    }

@@ -1,0 +1,119 @@
+"""Drawings read back, bores and keyways: outlines in mm on their layers, areas, standard rows and
+walls.
+"""
+
+import numpy as np
+import pytest
+from ezdxf.entitydb import EntityDB
+
+from planter.errors import InputError
+from planter.gears.workshop import drawing
+from planter.gears.workshop.arcs import build_circle, fit_arcs
+from planter.gears.workshop.drawing import (
+    Bore,
+    DrawingLine,
+    Keyway,
+    check_wall,
+    find_standard_keyway,
+)
+from tests.support.outlines import lobes, read_dxf
+
+TOOTHED = fit_arcs(lobes(), 1e-6).arcs
+LINES = (
+    DrawingLine("TEETH", TOOTHED),
+    *Bore(0.01, Keyway(0.003, 0.0014, 0.4)).lines(),
+    *drawing.build_cross((0.0, 0.0), 0.04),
+)
+
+
+def test_written_drawing_reads_back() -> None:
+    document, entities = read_dxf(drawing.format_dxf(LINES))
+    audit = document.audit()
+    assert not audit.errors
+    assert not audit.fixes
+    assert (document.dxfversion, document.units, document.header["$MEASUREMENT"]) == (
+        "AC1024",
+        4,
+        1,
+    )
+    assert {layer: [arcs.closed for arcs in lines] for layer, lines in entities.items()} == {
+        "TEETH": [True],
+        "BORE": [True],
+        "KEYWAY": [True],
+        "CENTRE": [False, False],
+    }
+    np.testing.assert_allclose(
+        entities["TEETH"][0].vertices, TOOTHED.vertices, rtol=1e-15, atol=1e-18
+    )
+    assert entities["TEETH"][0].area == pytest.approx(TOOTHED.area, rel=1e-13)
+    assert document.layers.get("CENTRE").dxf.linetype == "CENTER"
+
+
+def test_same_curves_give_the_same_bytes(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The order of a set of texts, which differs between processes, does not matter."""
+    kinds = ["ACDBPLACEHOLDER", "LAYOUT", "LWPOLYLINE"]
+    files = []
+    for order in (kinds, kinds[::-1]):
+        monkeypatch.setattr(EntityDB, "dxf_types_in_use", lambda _, order=order: order)
+        files.append(drawing.format_dxf(LINES))
+    assert files[0] == files[1]
+    assert drawing.format_dxf(LINES) != drawing.format_dxf(LINES[1:])
+
+
+def test_preview_has_the_arcs_of_the_drawing() -> None:
+    hollow = DrawingLine("TEETH", TOOTHED)
+    preview = drawing.format_svg([hollow, DrawingLine("BORE", build_circle(0.005))], "a < b")
+    assert "<title>a &lt; b</title>" in preview
+    data = drawing.format_path(TOOTHED)
+    sweeps = [int(arc.split()[4]) for arc in data.removesuffix("Z").split("A")[1:]]
+    np.testing.assert_array_equal(sweeps, TOOTHED.bulges < 0)
+
+
+@pytest.mark.parametrize("phase", [0.0, 2.3])
+def test_edge_area_is_sum_of_bore_and_slot(phase: float) -> None:
+    bore = Bore(0.02, Keyway(0.006, 0.0028, phase))
+    round_, slot = (line.arcs for line in bore.lines())
+    assert slot.area > 0
+    assert bore.edge.area == pytest.approx(round_.area + slot.area, rel=1e-13)
+    half = np.arcsin(0.3)
+    cap = 0.01**2 * (half - np.sin(half) * np.cos(half))
+    assert slot.area == pytest.approx(0.006 * (0.0128 - 0.01 * np.cos(half)) - cap, rel=1e-12)
+    far = bore.edge.vertices[np.hypot(*bore.edge.vertices.T) > 0.0101].mean(axis=0)
+    assert np.arctan2(far[1], far[0]) == pytest.approx(np.arctan2(np.sin(phase), np.cos(phase)))
+
+
+@pytest.mark.parametrize(
+    ("bore_mm", "keyway_mm"), [(8, (2, 1.0)), (17, (5, 2.3)), (17.5, (6, 2.8)), (40, (12, 3.3))]
+)
+def test_keyways_agree_with_the_standard(bore_mm: float, keyway_mm: tuple[float, float]) -> None:
+    assert find_standard_keyway(bore_mm / 1e3) == pytest.approx([mm / 1e3 for mm in keyway_mm])
+
+
+@pytest.mark.parametrize("bore_mm", [6, 131])
+def test_bores_without_a_standard_keyway_are_refused(bore_mm: float) -> None:
+    with pytest.raises(
+        InputError,
+        match=rf"a bore of {bore_mm} mm has no keyway in DIN 6885-1: choose a bore over 6 mm",
+    ):
+        find_standard_keyway(bore_mm / 1e3)
+
+
+def test_bore_leaves_a_wall() -> None:
+    part = build_circle(0.012, (0.003, 0.0))
+    assert check_wall(Bore(0.0178), part, "sun", 1e-5) == pytest.approx(1e-4, abs=2e-6)
+    assert check_wall(Bore(0.016, Keyway(0.004, 0.002, 0.0)), part, "sun", 5e-4) == pytest.approx(
+        1e-3, abs=2e-6
+    )
+    for bore, wall, message in (
+        (Bore(0.0181), 1e-5, r"sun: a bore of 18.1 mm leaves .* smallest radius is 9 mm"),
+        (Bore(0.0178), 2e-4, r"leaves a wall of 0.\d+ mm; at least 0.2 mm"),
+        (
+            Bore(0.016, Keyway(0.004, 0.002, np.pi)),
+            1e-5,
+            r"with its keyway 10.2 mm from the axis, leaves",
+        ),
+    ):
+        with pytest.raises(InputError, match=message):
+            check_wall(bore, part, "sun", wall)
+    with pytest.raises(InputError, match=r"keyway width = 9 mm"):
+        Bore(0.009, Keyway(0.009, 0.001))
