@@ -19,7 +19,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-GROUPS = ("derive.papers", "derive.papers", "derive.families")
+GROUPS = ("derive.papers", "derive.families")
 """Entry points by which an installed package adds what can be derived: a name, and the module that
 offers it.
 """
