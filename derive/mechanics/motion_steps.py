@@ -17,7 +17,7 @@ import sympy as sp
 from sympy import Expr, S
 
 from ..functions import partial_derivative
-from ..model import Let, let
+from ..model import Let
 from ..quantity import Quantity, word
 from .bodies import AXES, Part
 from .frames import Frame, Motion, Point, Quaternion, Triple, Vec, multiply_cross
@@ -28,6 +28,29 @@ Slopes = dict[int, Triple]
 """Slopes of three components in the rates of coordinates, by the places of these."""
 NOTHING: Triple = (S.Zero, S.Zero, S.Zero)
 IDENTITY: Rows = ((S.One, S.Zero, S.Zero), (S.Zero, S.One, S.Zero), (S.Zero, S.Zero, S.One))
+TURNS = "angles of frames, with cosine and sine, and rows R of their axes in the world"
+MOTION = (
+    "motion in the world, w and dw of frames (e against another); of points d and u against the base,"
+    " r, v, a"
+)
+INERTIA = "inertia I in the world, angular momentum L"
+LOADS = "loads of bodies: i of inertia and weight, forces p and moments q of actions"
+CARRIED = "what is carried: forces f by points, moments n by frames"
+ARTICULATED = (
+    "articulated inertias A and loads P; along a coordinate inertia U and D, shares S, acceleration s;"
+    " B and H for the body before"
+)
+GIVEN = "accelerations g that coordinates give (h by the body before)"
+NOTES = {
+    **dict.fromkeys(("angle", "cos", "sin", "R", "Q"), TURNS),
+    **dict.fromkeys(("w", "e", "dw", "d", "u", "r", "v", "a"), MOTION),
+    **dict.fromkeys("IL", INERTIA),
+    **dict.fromkeys("ipq", LOADS),
+    **dict.fromkeys("fn", CARRIED),
+    **dict.fromkeys("APUDSsBH", ARTICULATED),
+    **dict.fromkeys("gh", GIVEN),
+}
+"""What the names of steps begin with, and what that means."""
 NEAR = 2
 """Offsets between two points that are added up; of points farther apart the places are subtracted."""
 
@@ -116,7 +139,7 @@ class MotionSteps(Motion):
 
     # --- names ------------------------------------------------------------------------------------
 
-    def name(self, stem: str, unit: str, meaning: str, expr: Expr) -> Expr:
+    def name(self, stem: str, unit: str, expr: Expr) -> Expr:
         """Return a symbol for an expression; numbers, symbols and their opposites need none."""
         if expr.is_Atom or (-expr).is_Symbol:
             return expr
@@ -124,19 +147,18 @@ class MotionSteps(Motion):
         while name in self._names:
             name += "_"
         self._names.add(name)
-        symbol = Quantity(name, unit, meaning, f"derived: {meaning}")
-        self.steps.append(let(symbol, expr))
-        return symbol
+        note = NOTES[stem.partition("_")[0]]
+        return self.define(Quantity(name, unit, note, f"derived: {note}"), expr, note)
 
-    def define(self, symbol: Quantity, expr: Expr) -> Quantity:
+    def define(self, symbol: Quantity, expr: Expr, note: str) -> Quantity:
         """Define a quantity by an expression, and return the quantity."""
-        self.steps.append(let(symbol, expr))
+        self.steps.append(Let(symbol, expr, f"derived: {note}"))
         return symbol
 
-    def name_all(self, stem: str, unit: str, meaning: str, components: Iterable[Expr]) -> Triple:
+    def name_all(self, stem: str, unit: str, components: Iterable[Expr]) -> Triple:
         """Return symbols for components along the axes of the world."""
         x, y, z = (
-            self.name(f"{stem}_{axis}", unit, meaning, component)
+            self.name(f"{stem}_{axis}", unit, component)
             for axis, component in zip(AXES, components, strict=True)
         )
         return x, y, z
@@ -144,8 +166,7 @@ class MotionSteps(Motion):
     def _name_node(
         self, stem: str, node: Frame | Point, unit: str, components: Iterable[Expr]
     ) -> Triple:
-        name = word(node.name)
-        return self.name_all(f"{stem}_{name}", unit, f"motion of {name}", components)
+        return self.name_all(f"{stem}_{word(node.name)}", unit, components)
 
     # --- frames -----------------------------------------------------------------------------------
 
@@ -171,7 +192,7 @@ class MotionSteps(Motion):
             root, total = before.root, before.angle + angle
         label = word(frame.name)
         constant, varying = total.as_independent(*total.free_symbols, as_Add=True)
-        varying = self.name(f"angle_{label}", "rad", f"turn of {label}", varying)
+        varying = self.name(f"angle_{label}", "rad", varying)
         total = varying + constant  # so that right angles stay exact
         speed, change = self._differentiate((angle,))
         return FrameSteps(
@@ -199,21 +220,20 @@ class MotionSteps(Motion):
             return self.frame(root).rows
         if (root, axis, angle) not in self._turned:
             cos, sin = sp.cos(angle), sp.sin(angle)
-            c = self.name(f"cos_{label}", "1", f"turn of {label}", cos)
-            s = self.name(f"sin_{label}", "1", f"turn of {label}", sin)
+            c = self.name(f"cos_{label}", "1", cos)
+            s = self.name(f"sin_{label}", "1", sin)
             j, k = (axis + 1) % 3, (axis + 2) % 3
             rows = []
             for row in self.frame(root).rows:
                 turned = list(row)
                 turned[j], turned[k] = c * row[j] + s * row[k], c * row[k] - s * row[j]
                 rows.append(turned)
-            self._turned[root, axis, angle] = self._name_rows(f"R_{label}", label, rows)
+            self._turned[root, axis, angle] = self._name_rows(f"R_{label}", rows)
         return self._turned[root, axis, angle]
 
-    def _name_rows(self, stem: str, label: str, rows: Iterable[Iterable[Expr]]) -> Rows:
+    def _name_rows(self, stem: str, rows: Iterable[Iterable[Expr]]) -> Rows:
         first, second, third = (
-            self.name_all(f"{stem}_{axis}", "1", f"turn of {label}", row)
-            for axis, row in zip(AXES, rows, strict=True)
+            self.name_all(f"{stem}_{axis}", "1", row) for axis, row in zip(AXES, rows, strict=True)
         )
         return first, second, third
 
@@ -222,9 +242,9 @@ class MotionSteps(Motion):
         label, before = word(frame.name), self.frame(parent).rows
         inner = [tuple(turn.matrix().row(i)) for i in range(3)]
         if before != IDENTITY:
-            own = self._name_rows(f"Q_{label}", f"turn of {label}", inner)
+            own = self._name_rows(f"Q_{label}", inner)
             inner = [apply(transpose(own), row) for row in before]
-        rows = self._name_rows(f"R_{label}", label, inner)
+        rows = self._name_rows(f"R_{label}", inner)
         speeds = self._differentiate((turn.scalar, *turn.vector))
         spin, change = (
             self.write_plain(scale(S(2), (-turn * Quaternion(r[0], (r[1], r[2], r[3]))).vector))
@@ -398,7 +418,7 @@ class MotionSteps(Motion):
         )
         if names:
             pairs = zip(names, total, strict=True)
-            x, y, z = (c if c == 0 else self.define(symbol, c) for symbol, c in pairs)
+            x, y, z = (c if c == 0 else self.define(symbol, c, MOTION) for symbol, c in pairs)
             return x, y, z
         return self._name_node("a", point, "m/s2", total)
 
@@ -459,18 +479,19 @@ class MotionSteps(Motion):
                     column = [carried[n][j] for n in range(3)]
                     entry = sp.Add(*(a * b for a, b in zip(row, column, strict=True)))
                     stem = f"I_{label}_{AXES[i]}{AXES[j]}"
-                    meaning = f"inertia of {label}"
-                    entries[i, j] = entries[j, i] = self.name(stem, "kg m2", meaning, entry)
+                    entries[i, j] = entries[j, i] = self.name(stem, "kg m2", entry)
             x, y, z = ((entries[i, 0], entries[i, 1], entries[i, 2]) for i in range(3))
             self._tensors[key] = x, y, z
         return self._tensors[key]
 
     def angular_momentum(self, part: Part, frame: Frame) -> Vec:
         """Return the angular momentum of a part about its centroid [kg m2/s], in the world."""
-        momentum = apply(self.tensor(part, frame), self.spin(frame).components)
-        meaning = f"inertia of {word(frame.name)}"
-        named = self.name_all(f"L_{word(frame.name)}", "kg m2/s", meaning, momentum)
-        return Vec(self.world, named)
+
+        def find(_: object) -> Triple:
+            momentum = apply(self.tensor(part, frame), self.spin(frame).components)
+            return self._name_node("L", frame, "kg m2/s", momentum)
+
+        return Vec(self.world, self._know("L", (frame, part.inertia), find))
 
     def momentum_rate(self, part: Part, frame: Frame) -> Vec:
         """Return the rate of that [N m]."""
@@ -491,7 +512,7 @@ class MotionSteps(Motion):
             if point.base is None:
                 continue
             name = word(point.name)
-            force = self.name_all(f"f_{name}", "N", f"load through {name}", add(*forces[point]))
+            force = self.name_all(f"f_{name}", "N", add(*forces[point]))
             forces.setdefault(point.base, []).append(force)
             moments.setdefault(self._offset(point).frame, []).append(
                 multiply_cross(self.offset(point), force)
@@ -504,7 +525,7 @@ class MotionSteps(Motion):
                 continue
             name = word(frame.name)
             load = add(*moments[frame])
-            moment = self.name_all(f"n_{name}", "N m", f"load through {name}", load)
+            moment = self.name_all(f"n_{name}", "N m", load)
             moments.setdefault(parent, []).append(moment)
             for i, way in self.spin_slopes(frame).items():
                 power[i].append(_dot(way, moment))

@@ -20,7 +20,7 @@ from sympy import Expr, S
 from ..quantity import word
 from .bodies import Action, Body
 from .frames import Frame, Point, Triple, Vec, multiply_cross
-from .motion_steps import NOTHING, MotionSteps, Slopes, add, add_slopes, scale
+from .motion_steps import GIVEN, NOTHING, MotionSteps, Slopes, add, add_slopes, scale
 from .statement import Statement
 
 Six = tuple[Expr, ...]
@@ -36,6 +36,10 @@ class Loads:
 
     def __init__(self, stated: Statement, motion: MotionSteps, actions: Sequence[Action]) -> None:
         self.stated, self.motion, self._actions = stated, motion, actions
+        for body in self.bodies:
+            for part in body.parts:
+                motion.acceleration(part.centroid, motion.world)
+                motion.momentum_rate(part, body.frame)
         self._pushes = [
             (
                 self._name("p", "N", action, action.force),
@@ -47,7 +51,7 @@ class Loads:
     def _name(self, stem: str, unit: str, action: Action, load: Vec) -> Triple:
         plain = self.motion.write_plain(self.motion.to_world(load))
         label = f"{stem}_{word(action.name)}_{word(action.on.name)}"
-        return self.motion.name_all(label, unit, f"load of {action.name}", plain)
+        return self.motion.name_all(label, unit, plain)
 
     @property
     def bodies(self) -> list[Body]:
@@ -64,8 +68,7 @@ class Loads:
             fall = scale(S.NegativeOne, motion.to_world(gravity))
             rise = add(motion.acceleration(part.centroid, motion.world).components, fall)
             label = f"i_{word(body.name)}" + (f"_{number}" if number > 1 else "")
-            meaning = f"inertia force and weight of {body}"
-            force = motion.name_all(label, "N", meaning, scale(part.mass, rise))
+            force = motion.name_all(label, "N", scale(part.mass, rise))
             moments.append(motion.momentum_rate(part, body.frame).components)
             moments.append(multiply_cross(motion.reach(at, part.centroid), force))
             forces.append(force)
@@ -236,7 +239,7 @@ class ArticulatedInertias:
             for number, (i, way) in enumerate(link.ways.items()):
                 if number:
                     stem = f"A_{self._label(link)}_{number}"
-                    inertia = self._name_square(stem, "articulated inertia", link, inertia)
+                    inertia = self._name_square(stem, inertia)
                     load = self._name_load(link, load)
                 inertia, load, step = self._eliminate(link, i, way, inertia, load)
                 eliminated[n].append(step)
@@ -247,19 +250,20 @@ class ArticulatedInertias:
         changes: list[Six] = []
         for n, link in enumerate(self._links):
             change = self._follow(link, changes[places[id(link.before)]] if link.before else None)
+            change = self._name_six(f"h_{self._label(link)}", ("rad/s2", "m/s2"), change)
             for i, way, share, size in reversed(eliminated[n]):
                 symbol = self._motion.coordinates[i].acceleration
-                solved[i] = self._motion.define(symbol, size - _product(share, change))
+                solved[i] = self._motion.define(symbol, size - _product(share, change), GIVEN)
                 change = _plus(change, tuple(w * solved[i] for w in way))
-            stem, meaning = f"g_{self._label(link)}", f"acceleration of {self._label(link)}"
-            changes.append(self._name_six(stem, ("rad/s2", "m/s2"), meaning, change))
+            stem = f"g_{self._label(link)}"
+            changes.append(self._name_six(stem, ("rad/s2", "m/s2"), change))
 
     def _label(self, link: Link) -> str:
         return word(link.bodies[0].name)
 
-    def _name_six(self, stem: str, units: Sequence[str], meaning: str, six: Sequence[Expr]) -> Six:
+    def _name_six(self, stem: str, units: Sequence[str], six: Sequence[Expr]) -> Six:
         named = (
-            self._motion.name(f"{stem}_{axis}", units[n // 3], meaning, component)
+            self._motion.name(f"{stem}_{axis}", units[n // 3], component)
             for n, (axis, component) in enumerate(zip(SIX, six, strict=True))
         )
         return tuple(named)
@@ -290,20 +294,19 @@ class ArticulatedInertias:
         return total
 
     def _name_inertia(self, link: Link, inertia: Square) -> Square:
-        return self._name_square(f"A_{self._label(link)}", "articulated inertia", link, inertia)
+        return self._name_square(f"A_{self._label(link)}", inertia)
 
-    def _name_square(self, stem: str, meaning: str, link: Link, square: Square) -> Square:
+    def _name_square(self, stem: str, square: Square) -> Square:
         named = [list(row) for row in square]
         for a, b in _list_entries():
             unit = UNITS[a // 3 + b // 3]
             name = f"{stem}_{SIX[a]}_{SIX[b]}"
-            entry = self._motion.name(name, unit, f"{meaning} of {link.bodies[0]}", square[a][b])
+            entry = self._motion.name(name, unit, square[a][b])
             named[a][b] = named[b][a] = entry
         return named
 
     def _name_load(self, link: Link, load: Six) -> Six:
-        meaning = f"load of {link.bodies[0]} and what it carries"
-        return self._name_six(f"P_{self._label(link)}", ("N m", "N"), meaning, load)
+        return self._name_six(f"P_{self._label(link)}", ("N m", "N"), load)
 
     def _eliminate(
         self, link: Link, i: int, way: Six, inertia: Square, load: Six
@@ -316,12 +319,11 @@ class ArticulatedInertias:
             str(self._motion.coordinates[i].value),
         )
         units = ("kg m2", "kg m") if symbol.unit == "rad/s2" else ("kg m", "kg")
-        meaning = f"motion along {of}"
         moved = [_product(row, way) for row in inertia]
-        carried = self._name_six(f"U_{of}", units, meaning, moved)
-        pivot = self._motion.name(f"D_{of}", units[0], meaning, _product(way, carried))
-        shares = self._name_six(f"S_{of}", ("1", "1"), meaning, tuple(c / pivot for c in carried))
-        size = self._motion.name(f"s_{of}", symbol.unit, meaning, -_product(way, load) / pivot)
+        carried = self._name_six(f"U_{of}", units, moved)
+        pivot = self._motion.name(f"D_{of}", units[0], _product(way, carried))
+        shares = self._name_six(f"S_{of}", ("1", "1"), tuple(c / pivot for c in carried))
+        size = self._motion.name(f"s_{of}", symbol.unit, -_product(way, load) / pivot)
         left = [[S.Zero] * 6 for _ in range(6)]
         for a, b in _list_entries():
             share = carried[b] * shares[a] if shares[a] == 1 else carried[a] * shares[b]
@@ -336,7 +338,7 @@ class ArticulatedInertias:
         turns, moves, arm = link.turns, link.moves, link.reach
         cross = (S.Zero, -arm[2], arm[1]), (arm[2], S.Zero, -arm[0]), (-arm[1], arm[0], S.Zero)
         if any(arm):
-            inertia = self._name_square(f"B_{self._label(link)}", "carried inertia", link, inertia)
+            inertia = self._name_square(f"B_{self._label(link)}", inertia)
         total = [[S.Zero] * 6 for _ in range(6)]
         mixed = [[turns * inertia[a][b + 3] for b in range(3)] for a in range(3)]
         for a in range(3):
@@ -347,8 +349,7 @@ class ArticulatedInertias:
         for a in range(3):
             for b in range(3):
                 stem = f"H_{label}_{SIX[a]}_{SIX[b + 3]}"
-                meaning = f"carried inertia of {link.bodies[0]}"
-                mixed[a][b] = self._motion.name(stem, "kg m", meaning, mixed[a][b])
+                mixed[a][b] = self._motion.name(stem, "kg m", mixed[a][b])
                 total[a][b + 3] = total[b + 3][a] = moves * mixed[a][b]
         for a in range(3):
             for b in range(a, 3):
