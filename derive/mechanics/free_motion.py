@@ -208,7 +208,11 @@ class Free:
         """``residual_COORDINATE``: inertia times accelerations less forces."""
         pairs = zip(self.coordinates, self._write_residuals(), strict=True)
         lets = [
-            self._let(f"residual_{c.value}", _FORCE[c.value.unit], residual)
+            let(
+                quantity(f"residual_{c.value}", _FORCE[c.value.unit], f"residual of {c.value}"),
+                residual,
+                "residual: inertia times accelerations less forces",
+            )
             for c, residual in pairs
         ]
         inputs = (*self.loaded, self.accelerations)
@@ -272,10 +276,9 @@ class Free:
 
     def _start(self) -> ClosedForm:
         start = self.stated.loops.start | self.stated.start
-        steps = tuple(let(q, start.get(q, S.Zero)) for q in self.state)
-        return ClosedForm(
-            "start", (self.stated.data(),), steps, Vector("start_state", self.state.quantities)
-        )
+        steps = _note_once([let(q, start.get(q, S.Zero), "start") for q in self.state])
+        outputs = Vector("start_state", self.state.quantities)
+        return ClosedForm("start", (self.stated.data(),), tuple(steps), outputs)
 
     def _outputs(self, reported: Sequence[str | Quantity] | None) -> tuple[ClosedForm, ...]:
         """Build the functions that report a state, its accelerations and, if needed, the joints'
