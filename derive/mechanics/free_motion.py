@@ -247,8 +247,12 @@ class Free:
         ]
 
     def _drawing_functions(self) -> tuple[ClosedForm, ...]:
+        stated = self.stated
         places = [
-            replace(step, source="derived: places") for step in list_places(self.stated, self.steps)
+            replace(step, source="derived: places")
+            for step in list_places(
+                stated, lambda point: self.steps.arm(stated.O, point, stated.world)
+            )
         ]
         return (self._form(PLACES, self.inputs, places, self.steps, PLACES),) if places else ()
 

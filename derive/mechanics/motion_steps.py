@@ -67,9 +67,14 @@ def scale(factor: Expr, vector: Iterable[Expr]) -> Triple:
     return x, y, z
 
 
+def dot(first: Iterable[Expr], second: Iterable[Expr]) -> Expr:
+    """Return the scalar product of components."""
+    return sp.Add(*(a * b for a, b in zip(first, second, strict=True)))
+
+
 def apply(rows: Rows, vector: Sequence[Expr]) -> Triple:
     """Return a matrix times some components."""
-    x, y, z = (sp.Add(*(a * b for a, b in zip(row, vector, strict=True))) for row in rows)
+    x, y, z = (dot(row, vector) for row in rows)
     return x, y, z
 
 
@@ -446,11 +451,6 @@ class MotionSteps(Motion):
             self._velocity_ways[point] = add_slopes(parts)
         return self._velocity_ways[point]
 
-    def place(self, start: Point, end: Point, frame: Frame) -> Vec:
-        """Return the same as `arm`, by the places of both points."""
-        way = add(self.position(end), scale(S.NegativeOne, self.position(start)))
-        return self.resolve(Vec(self.world, way), frame)
-
     def arm(self, start: Point, end: Point, frame: Frame) -> Vec:
         """Return the vector from one point to another [m] along the axes of a frame."""
         return self.resolve(Vec(self.world, self.reach(start, end)), frame)
@@ -471,15 +471,13 @@ class MotionSteps(Motion):
         """Return the centroidal inertia of a part [kg m2] along the axes of the world."""
         key = frame, part.inertia
         if key not in self._tensors:
-            rows, label = self.frame(frame).rows, word(frame.name)
-            carried = transpose(tuple(apply(part.tensor, row) for row in rows))  # type: ignore[arg-type]
+            rows = self.frame(frame).rows
+            carried = [apply(part.tensor, row) for row in rows]
             entries: dict[tuple[int, int], Expr] = {}
-            for i, row in enumerate(rows):
-                for j in range(i, 3):
-                    column = [carried[n][j] for n in range(3)]
-                    entry = sp.Add(*(a * b for a, b in zip(row, column, strict=True)))
-                    stem = f"I_{label}_{AXES[i]}{AXES[j]}"
-                    entries[i, j] = entries[j, i] = self.name(stem, "kg m2", entry)
+            for i, j in ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)):
+                stem = f"I_{word(frame.name)}_{AXES[i]}{AXES[j]}"
+                entry = self.name(stem, "kg m2", dot(rows[i], carried[j]))
+                entries[i, j] = entries[j, i] = entry
             x, y, z = ((entries[i, 0], entries[i, 1], entries[i, 2]) for i in range(3))
             self._tensors[key] = x, y, z
         return self._tensors[key]
@@ -488,7 +486,10 @@ class MotionSteps(Motion):
         """Return the angular momentum of a part about its centroid [kg m2/s], in the world."""
 
         def find(_: object) -> Triple:
-            momentum = apply(self.tensor(part, frame), self.spin(frame).components)
+            spin = self.spin(frame).components
+            momentum = apply(self.tensor(part, frame), spin)
+            if spin[:2] == (0, 0):  # in the plane it is needed but once
+                return momentum
             return self._name_node("L", frame, "kg m2/s", momentum)
 
         return Vec(self.world, self._know("L", (frame, part.inertia), find))
@@ -508,53 +509,36 @@ class MotionSteps(Motion):
         of each coordinate: what acts on a point acts on its base, and turns the frame between them.
         """
         power: list[list[Expr]] = [[] for _ in self.coordinates]
-        for point in self._order_back(forces, lambda point: point.base):
+        carriers = dict.fromkeys(base for point in forces for base in point.chain())
+        for point in reversed(carriers):
             if point.base is None:
                 continue
-            name = word(point.name)
-            force = self.name_all(f"f_{name}", "N", add(*forces[point]))
+            force = self._name_node("f", point, "N", add(*forces[point]))
+            turned = multiply_cross(self.offset(point), force)
             forces.setdefault(point.base, []).append(force)
-            moments.setdefault(self._offset(point).frame, []).append(
-                multiply_cross(self.offset(point), force)
-            )
+            moments.setdefault(self._offset(point).frame, []).append(turned)
             for i, way in self.stretch_slopes(point).items():
-                power[i].append(_dot(way, force))
-        for frame in self._order_back(moments, lambda frame: self.frame(frame).parent):
+                power[i].append(dot(way, force))
+        turning = dict.fromkeys(parent for frame in moments for parent in self.chain(frame))
+        for frame in reversed(turning):
             parent = self.frame(frame).parent
             if parent is None:
                 continue
-            name = word(frame.name)
-            load = add(*moments[frame])
-            moment = self.name_all(f"n_{name}", "N m", load)
+            moment = self._name_node("n", frame, "N m", add(*moments[frame]))
             moments.setdefault(parent, []).append(moment)
             for i, way in self.spin_slopes(frame).items():
-                power[i].append(_dot(way, moment))
+                power[i].append(dot(way, moment))
         return [sp.Add(*parts) for parts in power]
 
-    @staticmethod
-    def _order_back(loaded: Iterable[object], step: Callable[..., object]) -> list:  # type: ignore[type-arg]
-        """Return what is loaded and all that carries it, before what it is carried by."""
-        depths: dict[object, int] = {}
-
-        def find_depth(node: object) -> int:
-            if node is None:
-                return 0
-            if node not in depths:
-                depths[node] = 1 + find_depth(step(node))
-            return depths[node]
-
-        for node in loaded:
-            find_depth(node)
-        return sorted(depths, key=lambda node: -depths[node])
+    def chain(self, frame: Frame) -> list[Frame]:
+        """Return the frames from the world to one."""
+        parent = self.frame(frame).parent
+        return [frame] if parent is None else [*self.chain(parent), frame]
 
 
 def _along(axis: int, size: Expr) -> Triple:
     x, y, z = (size if i == axis else S.Zero for i in range(3))
     return x, y, z
-
-
-def _dot(first: Sequence[Expr], second: Sequence[Expr]) -> Expr:
-    return sp.Add(*(a * b for a, b in zip(first, second, strict=True)))
 
 
 def _terms(angle: Expr) -> set[Expr]:

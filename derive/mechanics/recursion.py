@@ -20,7 +20,7 @@ from sympy import Expr, S
 from ..quantity import word
 from .bodies import Action, Body
 from .frames import Frame, Point, Triple, Vec, multiply_cross
-from .motion_steps import GIVEN, NOTHING, MotionSteps, Slopes, add, add_slopes, scale
+from .motion_steps import GIVEN, NOTHING, MotionSteps, Slopes, add, add_slopes, dot, scale
 from .statement import Statement
 
 Six = tuple[Expr, ...]
@@ -136,25 +136,26 @@ class Tree:
         return point
 
     def _find_carrier(self, link: Link, point: Point) -> tuple[Link, Frame] | None:
-        """Return the link in which a point is fixed, with its frame: the one that turns its offset
-        if there is one, else one that is stated earlier.
+        """Return the link in which a point is fixed, with its frame: of those that turn its offset
+        or are stated earlier the one nearest to the link.
         """
         if point.offset is None:
             return None
-        is_earlier, turning = True, self._motion.base(point.offset.frame)
-        chosen = None
+        motion, turning = self._motion, self._motion.base(point.offset.frame)
+        above = [motion.base(frame) for frame in motion.chain(link.bodies[0].frame)]
+        best, carrier, is_earlier = (-1, False), None, True
         for (at, base), other in self._by_place.items():
             is_earlier = is_earlier and other is not link
-            if other is link or self._climb(point, base) != at:
+            rank = above.index(base) if base in above else 0, base == turning
+            if other is link or not (is_earlier or base == turning) or rank <= best:
                 continue
-            if base == turning:
-                return other, base
-            chosen = (other, base) if is_earlier and chosen is None else chosen
-        return chosen
+            if self._climb(point, base) == at:
+                best, carrier = rank, (other, base)
+        return carrier
 
     def _climb_frames(self, frame: Frame, end: Frame | None) -> tuple[list[Frame], bool]:
         """Return the frames from one up to the base of another, and whether it is reached."""
-        passed = []
+        passed = list[Frame]()
         while self._motion.base(frame) != end:
             parent = self._motion.frame(frame).parent
             if parent is None:
@@ -253,7 +254,7 @@ class ArticulatedInertias:
             change = self._name_six(f"h_{self._label(link)}", ("rad/s2", "m/s2"), change)
             for i, way, share, size in reversed(eliminated[n]):
                 symbol = self._motion.coordinates[i].acceleration
-                solved[i] = self._motion.define(symbol, size - _product(share, change), GIVEN)
+                solved[i] = self._motion.define(symbol, size - dot(share, change), GIVEN)
                 change = _plus(change, tuple(w * solved[i] for w in way))
             stem = f"g_{self._label(link)}"
             changes.append(self._name_six(stem, ("rad/s2", "m/s2"), change))
@@ -319,11 +320,11 @@ class ArticulatedInertias:
             str(self._motion.coordinates[i].value),
         )
         units = ("kg m2", "kg m") if symbol.unit == "rad/s2" else ("kg m", "kg")
-        moved = [_product(row, way) for row in inertia]
+        moved = [dot(row, way) for row in inertia]
         carried = self._name_six(f"U_{of}", units, moved)
-        pivot = self._motion.name(f"D_{of}", units[0], _product(way, carried))
+        pivot = self._motion.name(f"D_{of}", units[0], dot(way, carried))
         shares = self._name_six(f"S_{of}", ("1", "1"), tuple(c / pivot for c in carried))
-        size = self._motion.name(f"s_{of}", symbol.unit, -_product(way, load) / pivot)
+        size = self._motion.name(f"s_{of}", symbol.unit, -dot(way, load) / pivot)
         left = [[S.Zero] * 6 for _ in range(6)]
         for a, b in _list_entries():
             share = carried[b] * shares[a] if shares[a] == 1 else carried[a] * shares[b]
@@ -384,10 +385,6 @@ def _find_axis(way: Six) -> int | None:
 def _list_entries() -> Iterator[tuple[int, int]]:
     """Yield the places of a symmetric matrix's upper half."""
     return ((a, b) for a in range(6) for b in range(a, 6))
-
-
-def _product(first: Sequence[Expr], second: Sequence[Expr]) -> Expr:
-    return sp.Add(*(a * b for a, b in zip(first, second, strict=True)))
 
 
 def _plus(first: Six, second: Six) -> Six:
