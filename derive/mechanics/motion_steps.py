@@ -130,6 +130,7 @@ class MotionSteps(Motion):
         self.steps: list[Let] = []
         self.coordinates, self.plain = coordinates, plain
         self._motion, self._names = motion, set(taken)
+        self._multiples: dict[Expr, tuple[Expr, Quantity]] = {}
         self._spin_ways: dict[Frame, Slopes] = {}
         self._velocity_ways: dict[Point, Slopes] = {}
         self._stretches: dict[Point, tuple[Triple, Triple]] = {}
@@ -145,7 +146,14 @@ class MotionSteps(Motion):
     # --- names ------------------------------------------------------------------------------------
 
     def name(self, stem: str, unit: str, expr: Expr) -> Expr:
-        """Return a symbol for an expression; numbers, symbols and their opposites need none."""
+        """Return a symbol for an expression; numbers, symbols and their opposites need none.
+
+        What is a fraction or a multiple of what has a name is written by that.
+        """
+        factor, rest = expr.as_coeff_Mul()
+        if factor.is_Rational and rest in self._multiples:
+            before, symbol = self._multiples[rest]
+            expr = factor / before * symbol
         if expr.is_Atom or (-expr).is_Symbol:
             return expr
         name = stem
@@ -153,7 +161,9 @@ class MotionSteps(Motion):
             name += "_"
         self._names.add(name)
         note = NOTES[stem.partition("_")[0]]
-        return self.define(Quantity(name, unit, note, f"derived: {note}"), expr, note)
+        symbol = self.define(Quantity(name, unit, note, f"derived: {note}"), expr, note)
+        self._multiples.setdefault(rest, (factor, symbol))
+        return symbol
 
     def define(self, symbol: Quantity, expr: Expr, note: str) -> Quantity:
         """Define a quantity by an expression, and return the quantity."""
