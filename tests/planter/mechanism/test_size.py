@@ -250,9 +250,9 @@ def test_noisy_accelerations_would_be_noticed() -> None:
 
 
 def test_files_that_planter_wrote_have_no_limit_of_values() -> None:
-    """The sidecar of thirty bodies holds more than a file of a user's may."""
+    """The sidecar of seventy bodies holds more than a file of a user's may."""
     text = statement("nlink")
-    sidecar = own.generated(text) / "nlink30.json"
+    sidecar = own.generated(text) / "nlink70.json"
     content = json.loads(sidecar.read_text(encoding="utf-8"))
     assert len(list(paths.walk_locations(content))) > MOST_VALUES
     with pytest.raises(InputError, match=str(MOST_VALUES)):
