@@ -14,6 +14,7 @@ from planter.engine.front import require_front, trace_front
 from planter.engine.goal import (
     Goal,
     evaluate_measure,
+    extend_span,
     find_display_unit,
     resolve_limit,
     resolve_measure,
@@ -126,6 +127,7 @@ class StatedGoal:
         """
         terms = machine.objective if objective is None else parse_sum(objective)
         limits = (*machine.limits, *map(parse_limit, holds))
+        machine = extend_span(machine, [*terms, *(limit.measure for limit in limits)])
         return cls(
             machine,
             tuple(resolve_measure(machine, measure) for measure in terms),
