@@ -25,9 +25,8 @@ from planter.engine.proof.certificate_file import (
     read_document,
     write_certificate,
 )
-from planter.engine.proof.enclosures import EnclosedResponse
 from planter.engine.proof.jets import ANYWHERE, Space
-from planter.engine.proof.objective import BoundedLimit, BoundedMeasure, ProvableObjective
+from planter.engine.proof.objective import BoundedMeasure, ProvableObjective
 from planter.engine.proof.roots import enclose_roots
 from planter.engine.proof.search import Incumbent, Proof
 from planter.kernels import generated
@@ -39,21 +38,20 @@ from tests.planter.engine.proof.test_search import BENT, LOWER, OPTIMUM, SAMPLES
 Document = dict[str, Any]
 KINDS = {"sampled": (SAMPLES, OPTIMUM), "true": (None, np.array([UPPER[0], LOWER[1], 0.0]))}
 """Samples and optimum; the true objective is symmetrical in the third parameter."""
-MEAN = BoundedMeasure("mean", 0)
 LEAST_MEAN = 0.5
 SOURCES = generated.hash_modules([generated.module("array.curve_ellipse")])
 """Hashes of some generated code; the programs of these tests are from none."""
 
 
-def build(kind: str, limits: tuple[BoundedLimit, ...] = ()) -> ProvableObjective:
+def build(kind: str, limits: tuple[BoundedMeasure, ...] = ()) -> ProvableObjective:
     terms = [BoundedMeasure("range", 0, weight=0.6), BoundedMeasure("variance", 0, weight=0.4)]
-    return ProvableObjective(EnclosedResponse(BENT), terms, limits, KINDS[kind][0], find_kinks)
+    return ProvableObjective(BENT, terms, limits, KINDS[kind][0], find_kinks=find_kinks)
 
 
 def prove(
     kind: str,
     seconds: float = 60.0,
-    limits: tuple[BoundedLimit, ...] = (),
+    limits: tuple[BoundedMeasure, ...] = (),
     earlier: Path | None = None,
 ) -> tuple[Proof, str]:
     samples, optimum = KINDS[kind]
@@ -296,7 +294,7 @@ def test_proofs_under_a_limit_are_valid(kind: str, sign: int) -> None:
     """The mean is 4 x0 / pi, greatest at the optimum, which is excluded if it may not be as
     great.
     """
-    limits = (BoundedLimit(MEAN, sign, 4 * LEAST_MEAN / np.pi),)
+    limits = (BoundedMeasure("mean", 0, sign=sign, limit=4 * LEAST_MEAN / np.pi),)
     proof, text = prove(kind, 5.0, limits)
     document = json.loads(text)
     result = check_document(document)
@@ -370,7 +368,9 @@ def test_both_checkers_enclose_the_roots_of_coupled_equations(place: float, half
     roots = enclose_roots(
         space,
         np.array(start)[:, None],
-        lambda a: polar(a[1].cos(), a[1].sin(), a[0], space.parameters()[0], space.integer(1)),
+        lambda a: polar(
+            a[1].call("cos"), a[1].call("sin"), a[0], space.parameters()[0], space.lift(1)
+        ),
     )
     balls = check_proof.BoxSpace(lower, upper, 0)
     checked = check_proof.enclose_roots(
