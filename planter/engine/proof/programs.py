@@ -396,8 +396,8 @@ def _run_in_numpy(
     def below(x: Ball, strictly: float) -> Flags:
         # a ball without bounds leaves nothing open
         low, high = (x.low < 0, x.high < 0) if strictly else (x.low <= 0, x.high <= 0)
-        is_below: Flags = answer(1.0 * low, 1.0 * high, 1.0 * (x.mid < 0)) > 0
-        return is_below
+        ends = [np.where(side, 1.0, 0.0) for side in (low, high, x.mid < 0)]
+        return np.asarray(answer(*ends) > 0)
 
     for n in program.order:
         name, places, numbers = program.operations[n]

@@ -27,37 +27,36 @@ from planter.engine.proof.jets import (
 )
 from planter.kernels import Array, Flags, Integers
 
-LINEAR_ROUNDS = 2
-"""Passes over the solutions on a box; each starts from values narrowed by the derivatives of the
-previous pass.
-"""
 
+def eliminate(matrix: Sequence[Sequence[Any]], right: Sequence[Sequence[Any]]) -> list[list[Any]]:
+    """Return X (k, m) of A X = B, of jets or of balls, by elimination without pivoting: the matrix
+    A (k, k) is close to the identity.
 
-def invert_balls(matrix: Sequence[Sequence[Jet]], part: int) -> list[list[Ball]]:
-    """Return the inverse (k, k) of a matrix of jets that is close to the identity, at the centre of
-    the box or anywhere in it, by elimination without pivoting.
-
-    Raises Unbounded if the matrix may be singular.
+    Raises Unbounded if it may be singular.
     """
-    size, lanes = len(matrix), max(jet.lanes for row in matrix for jet in row)
-    unit = Ball.exact(np.ones(lanes)), Ball.exact(np.zeros(lanes))
-    rows = [
-        [*(jet.value[part] for jet in row), *(unit[i != j] for j in range(size))]
-        for i, row in enumerate(matrix)
-    ]
+    size = len(matrix)
+    rows = [[*row, *sides] for row, sides in zip(matrix, right, strict=True)]
     for k in range(size):
         for i in range(k + 1, size):
             share = rows[i][k] / rows[k][k]
-            rest = [a - share * b for a, b in zip(rows[i][k + 1 :], rows[k][k + 1 :], strict=True)]
-            rows[i] = [*rows[i][: k + 1], *rest]
-    inverse: list[list[Ball]] = []
+            pairs = zip(rows[i][k + 1 :], rows[k][k + 1 :], strict=True)
+            rows[i] = [*rows[i][: k + 1], *(a - share * b for a, b in pairs)]
+    solution: list[list[Any]] = []
     for k in reversed(range(size)):
         values = rows[k][size:]
-        for offset, solved in enumerate(inverse):
-            factor = rows[k][size - 1 - offset]
+        for factor, solved in zip(reversed(rows[k][k + 1 : size]), solution, strict=True):
             values = [value - factor * y for value, y in zip(values, solved, strict=True)]
-        inverse.append([value / rows[k][k] for value in values])
-    return inverse[::-1]
+        solution.append([value / rows[k][k] for value in values])
+    return solution[::-1]
+
+
+def invert_balls(matrix: Sequence[Sequence[Jet]], part: int) -> list[list[Ball]]:
+    """Return the inverse (k, k) of a matrix that is close to the identity, at the centre of the box
+    or anywhere in it.
+    """
+    size, lanes = len(matrix), max(jet.lanes for row in matrix for jet in row)
+    unit = [[Ball.exact(np.full(lanes, float(i == j))) for j in range(size)] for i in range(size)]
+    return eliminate([[jet.value[part] for jet in row] for row in matrix], unit)
 
 
 def invert_centre(matrix: Sequence[Sequence[Jet]]) -> list[list[Jet]]:
@@ -113,14 +112,11 @@ def solve_linear_jets(
     values = [apply_matrix(inverses[part], [jet.value[part] for jet in sides]) for part in parts]
     low, high = packed_indices(len(support))
     solution: list[Jet] = []
-    for _ in range(LINEAR_ROUNDS):
+    for _ in range(ROUNDS):
         slopes = []
         for part in parts:
-            rates = [
-                side.gradient[part]
-                - apply_matrix([[a.gradient[part] for a in row]], values[part])[0]
-                for row, side in zip(rows, sides, strict=True)
-            ]
+            changes = apply_matrix([[a.gradient[part] for a in row] for row in rows], values[part])
+            rates = [side.gradient[part] - y for side, y in zip(sides, changes, strict=True)]
             slopes.append(apply_matrix(inverses[part], rates))
         y, slope = values[ANYWHERE], slopes[ANYWHERE]
         bends = []
@@ -135,25 +131,20 @@ def solve_linear_jets(
             ]
             bends.append(side.hessian - reduce(add, terms))
         bends = apply_matrix(inverses[ANYWHERE], bends)
-        solution = _build_jets(space, support, values, slopes, bends)
+        solution = _build_jets(space, support, *values, *slopes, bends)
         if not support:
             break
         values = [[jet.value[part] for jet in solution] for part in parts]
     return solution
 
 
-def _build_jets(
-    space: Space,
-    support: tuple[int, ...],
-    values: Sequence[Sequence[Ball]],
-    slopes: Sequence[Sequence[Ball]],
-    bends: Sequence[Ball],
-) -> list[Jet]:
-    """Return jets (k,) from values and slopes at the centre of the box and anywhere, and bends."""
-    parts = zip(zip(*values, strict=True), zip(*slopes, strict=True), bends, strict=True)
+def _build_jets(space: Space, support: tuple[int, ...], *parts: Sequence[Ball]) -> list[Jet]:
+    """Return jets (k,) from values at the centre of the box and anywhere in it, slopes there, and
+    bends.
+    """
     return [
-        space.jet(support, join_parts(*value), join_parts(*slope), bend).cut()
-        for value, slope, bend in parts
+        space.jet(support, join_parts(at, near), join_parts(slope, rate), bend).cut()
+        for at, near, slope, rate, bend in zip(*parts, strict=True)
     ]
 
 
@@ -232,6 +223,8 @@ WIDER = 1.5
 MAX_NEWTON_STEPS = 30
 SMALL_STEP = 1e-9
 """Relative size of the last Newton step; the remaining error is of the order of its square."""
+ROUNDS = 2
+"""Passes over roots on a box; each starts from values narrowed by the derivatives of the one before."""
 NARROW = 0.02
 """Derivatives whose radii are below this share of the largest are not narrowed further."""
 
@@ -265,7 +258,7 @@ def enclose_roots(space: Space, start: Array, residual: Residual) -> list[Jet]:
     excess, jacobian = scaled([space.constant(value) for value in middle])
     centre = divide([jet.gradient[CENTRE] for jet in excess], jacobian, CENTRE)
     flat, jets = Ball.exact(np.zeros((packed_size(len(support)), 1))), list[Jet]()
-    for _ in range(LINEAR_ROUNDS):
+    for _ in range(ROUNDS):
         excess, jacobian = scaled([space.constant(value) for value in values])
         matrix = scaled(jets)[1] if jets else jacobian
         rates = divide([jet.gradient[ANYWHERE] for jet in excess], matrix, ANYWHERE)
@@ -279,7 +272,7 @@ def enclose_roots(space: Space, start: Array, residual: Residual) -> list[Jet]:
         finally:
             space.is_cutting = True
         bends = divide([jet.hessian for jet in excess], jacobian, ANYWHERE)
-        jets = _build_jets(space, support, (middle, values), (centre, rates), bends)
+        jets = _build_jets(space, support, middle, values, centre, rates, bends)
         if all((rate.rad <= NARROW * np.abs(rate.mid).max(initial=0)).all() for rate in rates):
             break
         values = [jet.value[ANYWHERE] for jet in jets]
