@@ -89,7 +89,7 @@ def check_apart(document: Document) -> str | None:
     not.
     """
     try:
-        check_proof.check_size(document)
+        check_proof.check_form(document)
         check_proof.PROOF = check_proof.ProofClaims(document)
         check_proof.check_claims(document, lambda jobs: map(check_proof.check_box, jobs))
     except Exception as error:  # of whatever kind: the file may hold anything
