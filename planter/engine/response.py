@@ -135,11 +135,7 @@ class MachineResponse:
     def curvature(self, point: DesignPoint, phi: Array, weights: Array) -> Array:
         """Return the sum over quantities and angles of weights (m, n) times Hessians in (phi, x),
         (1 + p, 1 + p).
-
-        The first call waits for the compiler: otherwise a race would decide with which rounding a
-        search continues.
         """
-        self.hessian_kernel.settle()
         try:
             result = self._evaluate(
                 self.hessian_kernel, point, phi, dh=point.dh, weights=self._spread(weights)
