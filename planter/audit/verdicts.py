@@ -7,13 +7,13 @@ from __future__ import annotations
 import operator
 import re
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from difflib import get_close_matches
 from typing import Any
 
 from planter.audit import numbers
 from planter.audit.numbers import load_numbers
-from planter.audit.registry import CONSEQUENCES, FORMULAS, Computation, Inputs, Value
+from planter.audit.registry import FORMULAS, Computation, Inputs, Value
 from planter.errors import ComputationError, InputError
 from planter.kernels import generated
 
@@ -86,37 +86,22 @@ def _judge_claim(row: Mapping[str, Any], table: Mapping[str, Any]) -> dict[str, 
 
 FAULTY = ("misprint", "incomplete", "contradicted")
 UNJUDGED = "not judged"
-HEADLINE = "headline number"
 Consequence = dict[str, Any]
 
 
 def derive_consequences(
     paper: str | None, table: Mapping[str, Any], trial: Mapping[str, Sequence[Mapping[str, Any]]]
 ) -> list[Consequence]:
-    """Return the consequences for all papers, or for one, from the verdicts on `equations`, `laws`
-    and `numbers`.
+    """Return the printed numbers of all papers, or of one, that rest on a fault, by the equations as
+    printed and as derived.
     """
     consequences: list[Consequence] = []
-    for name in table["papers"]:
-        if paper in (None, name):
-            consequences += list_headlines(name, table, trial)
-            for row in table.get("chain", ()):
-                if row["paper"] == name:
-                    consequences += CONSEQUENCES[row["by"]](row, table["disclosed"][name], trial)
-    return consequences
-
-
-def list_headlines(
-    paper: str, table: Mapping[str, Any], trial: Mapping[str, Sequence[Mapping[str, Any]]]
-) -> Iterator[Consequence]:
-    """Yield printed numbers that rest on a fault, by the equations as printed and as derived."""
-    for row in table.get("headline", ()):
-        if row["paper"] != paper:
-            continue
+    for row in table["headline"]:
         rests_on = _find_faults(row, trial)
-        if rests_on:
-            for entry in numbers.expand_each(row):
-                yield _build_headline(row, entry, rests_on, table)
+        if rests_on and paper in (None, row["paper"]):
+            entries = numbers.expand_each(row)
+            consequences += [_build_headline(row, entry, rests_on, table) for entry in entries]
+    return consequences
 
 
 def _find_faults(
@@ -145,7 +130,6 @@ def _build_headline(
         values[key] = FORMULAS[row[key]](inputs[-1])
     return {
         "paper": row["paper"],
-        "about": HEADLINE,
         "quantity": row["quantity"].format_map(entry),
         "unit": row["unit"],
         "printed": float(entry["printed"]) if "printed" in entry else row.get("printed"),
@@ -154,7 +138,6 @@ def _build_headline(
         "assumed_inputs": list(
             dict.fromkeys(text for arguments_read in inputs for text in arguments_read.assumed)
         ),
-        "statement": "",
     }
 
 

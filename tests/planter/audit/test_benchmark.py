@@ -27,7 +27,6 @@ def test_benchmark_fits_its_schema_and_writes_claims(tmp_path: Path) -> None:
 def test_folder_that_is_no_corpus_is_refused(tmp_path: Path) -> None:
     assert "no such folder" in refusal("audit", str(tmp_path / "none"), "--benchmark")
     assert "source.toml" in refusal(f"audit {tmp_path} --benchmark")
-    assert "--front" in refusal(f"audit {tmp_path} --benchmark --front")
     assert "--names" in refusal(f"audit {tmp_path} --benchmark --names names.toml")
     sentence = refusal("audit wang2017 --answers other.jsonl")
     assert "--answers" in sentence

@@ -273,9 +273,6 @@ def test_error_raised_by_paper_names_user_line(
 def test_options_of_other_papers_are_refused(folder: Path) -> None:
     source = str(folder / "slider_crank_numbers.toml")
     assert "--numbers" in refusal(f"audit wang2017 --numbers {source}")
-    assert "--front needs one of the papers" in refusal(
-        "audit", str(folder / "slider_crank_paper.py"), "--front"
-    )
     assert "define CASE" in refusal("audit", str(folder / "slider_crank.py"))
     assert "there is no such file" in refusal("audit", str(folder / "nowhere.py"))
 
