@@ -39,15 +39,6 @@ def judge_claims(
     return [_judge_claim(row, table) for row in table["claim"] if paper in (None, row["paper"])]
 
 
-def meets(value: float, must: str, tolerance: float = EXACT) -> bool:
-    """Return whether a value meets a condition.
-
-    >>> meets(0.02, "< 0.05"), meets(1e-12, "= 0"), meets(1e-3, "= 0"), meets(-1e-12, ">= 0")
-    (True, True, False, True)
-    """
-    return interval_meets((value, value), must, tolerance)
-
-
 def interval_meets(interval: tuple[float, float], must: str, tolerance: float = EXACT) -> bool:
     """Return whether some value of an interval meets a condition.
 
@@ -165,35 +156,35 @@ def audit(paper: str | None = None) -> dict[str, Any]:
 def collect_verdicts(
     verdicts: Entry, judged: Sequence[Entry], titles: Mapping[str, str]
 ) -> dict[str, Any]:
-    """Return the verdicts on some papers and their numbers, without statements and"""
-    parts = ("equations", "laws", "causes", "references")
-    equations, laws, causes, references = (
-        _select_papers(verdicts.get(part, ()), list(titles)) for part in parts
-    )
-    number_verdicts = _select_papers(judged, list(titles))
-    texts = {"rows": [dict(row) for row in verdicts["rows"]]} if "rows" in verdicts else {}
-    return texts | {
-        "equations": equations,
-        "laws": laws,
+    """Return the verdicts on some papers and their numbers, without statements and consequences."""
+    names = list(titles)
+    number_verdicts = _select_papers(judged, names)
+    causes = [*verdicts.get("causes", ()), *numbers.list_causes(number_verdicts)]
+    result: dict[str, Any] = {
+        "equations": _select_papers(verdicts["equations"], names),
+        "laws": _select_papers(verdicts["laws"], names),
         "numbers": number_verdicts,
-        "causes": _select_papers([*causes, *numbers.list_causes(number_verdicts)], list(titles)),
-        "references": references,
+        "causes": _select_papers(causes, names),
+        "references": _select_papers(verdicts.get("references", ()), names),
         "claims": [],
         "consequences": [],
-        "summary": {
-            name: {
-                "title": title,
-                "equations": count_verdicts(_select_papers(equations, [name])),
-                "at_fault": sum(
-                    1 for e in _select_papers(equations, [name]) if e["verdict"] in FAULTY
-                ),
-                "causes": len(_select_papers(causes, [name]))
-                + len(numbers.list_causes(_select_papers(number_verdicts, [name]))),
-                "laws_violated": sum(1 for law in _select_papers(laws, [name]) if law["caused_by"]),
-                "numbers": count_verdicts(_select_papers(number_verdicts, [name])),
-            }
-            for name, title in titles.items()
-        },
+    }
+    result["summary"] = {name: _summarise(result, name, title) for name, title in titles.items()}
+    rows = {"rows": [dict(row) for row in verdicts["rows"]]} if "rows" in verdicts else {}
+    return rows | result
+
+
+def _summarise(result: Entry, paper: str, title: str) -> dict[str, Any]:
+    """Return the counts of verdicts on a paper."""
+    parts = ("equations", "laws", "numbers", "causes")
+    own = {part: _select_papers(result[part], [paper]) for part in parts}
+    return {
+        "title": title,
+        "equations": _count_verdicts(own["equations"]),
+        "at_fault": sum(entry["verdict"] in FAULTY for entry in own["equations"]),
+        "causes": len(own["causes"]),
+        "laws_violated": sum(bool(law["caused_by"]) for law in own["laws"]),
+        "numbers": _count_verdicts(own["numbers"]),
     }
 
 
@@ -215,7 +206,7 @@ def load_verdicts() -> dict[str, Any]:
         raise ComputationError("no verdicts on equations: write them by `make audit`") from None
 
 
-def count_verdicts(entries: Iterable[Entry]) -> dict[str, int]:
+def _count_verdicts(entries: Iterable[Entry]) -> dict[str, int]:
     """Return the count of each verdict by name."""
     return dict(sorted(Counter(entry["verdict"] for entry in entries).items()))
 

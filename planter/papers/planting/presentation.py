@@ -252,6 +252,9 @@ def _list_calibration_sections(result: CalibrationFound) -> Iterator[Section]:
             (*best.choices.values(), *best.miss_percent.values(), best.range_N)
             for best in result.front
         ]
-        yield Section("The smallest misses, with a cam that only pushes", [Table(("flanks", *missed, "range / N"), misses)])
+        yield Section(
+            "The smallest misses, with a cam that only pushes",
+            [Table(("flanks", *missed, "range / N"), misses)],
+        )
     other = list_values(result.other_model.table())
     yield Section("The other model with the fitted inputs", [other])

@@ -198,8 +198,8 @@ def test_spur_contact_ratio_equals_textbook() -> None:
 
 
 def test_printed_centre_and_foci_are_compared_with_the_path() -> None:
-    """The ellipse of the corner is centred in (-1, 3)/(2 sqrt 3), its major axis falls by 60 deg."""
-    centre = np.array([-1, 3]) / (2 * math.sqrt(3))
+    """The ellipse of the corner is centred in (-1, sqrt 3)/(2 sqrt 3), its major axis falls by 60 deg."""
+    centre = np.array([-1, math.sqrt(3)]) / (2 * math.sqrt(3))
     printed = inputs(centre_over_width=centre, foci_slope=-math.sqrt(3))
     assert formulas.centre_offset(printed) == pytest.approx(0, abs=1e-15)
     assert formulas.axis_offset(printed) == pytest.approx(0, abs=1e-12)
