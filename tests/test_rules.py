@@ -60,7 +60,7 @@ READING = {
     "jobs.py": "answers of processes that this one started",
     "task.py": "a task, and its jobs, of the process that started this one",
     "papers/planting/family_pairs.py": "an entry that this module wrote a moment before",
-    "papers/planting/printed/attainable.py": "a front of this program",
+    "papers/planting/calibration.py": "the record of a study of this program",
     "report/process.py": "the null device",
     "report/animation.py": "an animation that was written a moment before",
     "studio/live.py": (
