@@ -174,8 +174,8 @@ ANGLES = {
 DRAWN = {"report", "scene", "figures", "printed"}
 """Folders and modules of figures and scenes, which draw, and of what papers print."""
 BY_HAND = {
-    "papers/clutch/contact_simulation.py": "where a search starts",
-    "papers/clutch/geometry.py": "direction of a line through two generated points",
+    "papers/clutch/contact.py": "where a search starts",
+    "papers/clutch/model.py": "direction of a line through two generated points",
     "papers/clutch/machines.py": (
         "lift of the link along the crank's angle, compared with the generated model in its test"
     ),
@@ -241,7 +241,7 @@ SYMBOLS = {"det", "inv", "LUsolve", "cramer_solve", "adjugate", "cofactor", "min
 """Methods of SymPy's matrices whose results grow without bounds."""
 SOLVERS_OF_NUMBERS = ("np.linalg", "scipy.linalg")
 EXPANDING = {
-    "derive/papers/clutch/geometry.py": "a conic, 3 x 3",
+    "derive/papers/clutch/model.py": "a conic, 3 x 3",
     "derive/papers/clutch/rotor.py": "two vectors in a plane",
     "derive/audit/user_mechanism/subject.py": "two simultaneous equations at most",
     "derive/mechanics/free_motion.py": "accelerations in symbols, which somebody asks for",

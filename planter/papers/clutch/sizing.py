@@ -31,13 +31,15 @@ from planter.files import units
 from planter.kernels import Array
 from planter.numerics import extrema
 from planter.papers.clutch.file import ClutchFile
-from planter.papers.clutch.geometry import CrankLinkage, find_linkages, steepest_rod_angle
 from planter.papers.clutch.model import (
+    CrankLinkage,
     build_condition,
     collect_values,
     evaluate_conditions,
+    find_linkages,
     load_model,
     pack_crank,
+    steepest_rod_angle,
 )
 from planter.papers.clutch.results import (
     ClutchBindingLimit,

@@ -7,7 +7,7 @@ import pytest
 
 from planter.errors import ComputationError
 from planter.papers.clutch import file
-from planter.papers.clutch.geometry import CrankLinkage
+from planter.papers.clutch.model import CrankLinkage
 from planter.papers.clutch.rotor import Rotor
 from planter.papers.clutch.sizing import build_refusal, compute_sizes, size_clutch
 

@@ -11,7 +11,7 @@ from shapely.affinity import rotate, translate
 
 from planter.kernels import formulas
 from planter.kernels.kernel import Array
-from planter.papers.clutch.contact_dynamics import DOG, REULEAUX
+from planter.papers.clutch.contact import DOG, REULEAUX
 from planter.papers.clutch.rotor import Rotor, body_outline
 
 RNG = np.random.default_rng(5)

@@ -10,8 +10,7 @@ import pytest
 from planter.errors import GeometryError
 from planter.kernels import formulas
 from planter.papers.clutch import file
-from planter.papers.clutch.geometry import compute_geometry
-from planter.papers.clutch.model import collect_values, load_model
+from planter.papers.clutch.model import collect_values, compute_geometry, load_model
 from planter.papers.clutch.rotor import Rotor, body_outline
 
 SHI = file.load_clutch("shi2021")

@@ -10,8 +10,13 @@ from scipy.optimize import brentq
 
 from planter.errors import ComputationError, GeometryError
 from planter.papers.clutch import file
-from planter.papers.clutch.geometry import CrankLinkage, find_linkages, steepest_rod_angle
-from planter.papers.clutch.model import collect_values, load_model
+from planter.papers.clutch.model import (
+    CrankLinkage,
+    collect_values,
+    find_linkages,
+    load_model,
+    steepest_rod_angle,
+)
 
 OWN = CrankLinkage(0.015, 0.0471, 0.040)
 

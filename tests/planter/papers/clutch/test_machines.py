@@ -13,8 +13,13 @@ from planter.engine.summary import summarise_machine
 from planter.errors import GeometryError
 from planter.kernels import formulas
 from planter.papers.clutch.file import load_clutch
-from planter.papers.clutch.geometry import CrankLinkage, control_motion
-from planter.papers.clutch.model import collect_values, load_model, pack_crank
+from planter.papers.clutch.model import (
+    CrankLinkage,
+    collect_values,
+    control_motion,
+    load_model,
+    pack_crank,
+)
 from tests.support.responses import check_slopes, values_of
 
 

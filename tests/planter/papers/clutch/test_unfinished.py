@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from planter.errors import ComputationError, Interrupted
-from planter.papers.clutch import contact_simulation, sizing
+from planter.papers.clutch import contact, sizing
 from tests.support.cli import run
 
 
@@ -29,8 +29,8 @@ def stop_in(monkeypatch: pytest.MonkeyPatch, after: int, error: BaseException) -
         def to_result(self) -> Any:
             return type("Loads", (), {"table": lambda _: {"N_max_N": 1.0}})()
 
-    monkeypatch.setattr(contact_simulation, "_loads", quick)
-    monkeypatch.setattr(contact_simulation, "simulate_switching", lambda *_: Run())
+    monkeypatch.setattr(contact, "_loads", quick)
+    monkeypatch.setattr(contact, "simulate_switching", lambda *_: Run())
 
 
 @pytest.mark.parametrize(
