@@ -95,7 +95,7 @@ def _animate(outcome: PickupOutcome) -> Iterator[Block]:
 
 
 def _draw(outcome: PickupOutcome) -> dict[str, Figure]:
-    from planter.papers.pickup.figures import draw_figures
+    from planter.papers.pickup.scene import draw_figures
 
     before = None if outcome.redesigned is None else outcome.redesigned.start
     return draw_figures(outcome.machine, outcome.train, before, _points_before(outcome))

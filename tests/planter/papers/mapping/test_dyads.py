@@ -203,7 +203,8 @@ def on_line(poses: np.ndarray, solution: Solution) -> float:
     gaps = []
     for s in solution.straights:
         where = poses if s.kind == "slider" else inverse(poses)
-        gaps.append(np.abs(model.place_point(where, s.point) @ s.normal - s.offset).max())
+        places = model.place_point(where, np.array(s.point_mm) * 1e-3)
+        gaps.append(np.abs(places @ s.normal - s.offset_mm * 1e-3).max())
     return max(gaps)
 
 
@@ -213,8 +214,8 @@ def test_collinear_poses_have_a_slider() -> None:
     solution = solve_dyads(poses)
     (slider,) = solution.straights
     assert slider.kind == "slider"
-    assert slider.point == pytest.approx([0, 0], abs=1e-12)
-    assert slider.normal @ [1, 0.5] == pytest.approx(0, abs=1e-12)
+    assert slider.point_mm == pytest.approx((0, 0), abs=1e-9)
+    assert np.dot(slider.normal, [1, 0.5]) == pytest.approx(0, abs=1e-12)
     assert on_line(poses, solution) < 1e-12
     assert by_number(solution) + solution.complex_roots == 4
     assert worst(poses, solution.dyads) < 1e-10
@@ -337,6 +338,6 @@ def test_cardan_motion_has_a_circle_of_line_points() -> None:
     assert {s.kind for s in straights} == {"slider"}
     assert len(straights) > 50
     assert on_line(poses, Solution([], straights, 0, 0, solution.singular_values)) < 1e-10
-    assert [np.hypot(*(s.point - (-0.05, 0))) for s in straights] == pytest.approx(
-        [0.05] * len(straights), abs=1e-12
+    assert [np.hypot(s.point_mm[0] + 50, s.point_mm[1]) for s in straights] == pytest.approx(
+        [50] * len(straights), abs=1e-9
     )

@@ -10,12 +10,13 @@ from planter.papers.mapping import model
 from planter.papers.mapping.dyads import solve_dyads
 from planter.papers.mapping.linkage import (
     FourBar,
-    defects,
+    find_defects,
     in_order,
     one_turn,
     reversals,
     standings,
 )
+from planter.papers.mapping.results import DefectsFound
 from tests.planter.papers.mapping.data import CORRECTED, bar, si
 
 # frame, crank, coupler, follower; the types are those of any textbook (Norton, Design of machinery,
@@ -143,8 +144,7 @@ def test_poses_of_the_patent_stand_on_two_circuits() -> None:
         PATENT.lengths[2] * 1e3, abs=1e-3
     )
     assert (PATENT.type, PATENT.grashof) == ("crank-rocker", True)
-    wrong = defects(PATENT, located)
-    assert (wrong.order, wrong.branch, wrong.circuit, wrong.sense) == (False, False, True, -1)
+    assert find_defects(PATENT, located) == (DefectsFound(False, False, True), -1)
     assert np.hypot(*PATENT.crank.point) * 1e3 == pytest.approx(211.5459, abs=5e-5)
 
 
@@ -156,17 +156,18 @@ def trace(linkage: FourBar, circuit: int, steps: list[int]) -> np.ndarray:
 def test_ordered_poses_have_no_defects() -> None:
     linkage = bar(*LINKAGES["crank-rocker"])
     poses = trace(linkage, 1, [10, 90, 170, 250, 330])
-    wrong = defects(linkage, standings(linkage, poses))
-    assert (wrong.order, wrong.branch, wrong.circuit, wrong.sense) == (False, False, False, 1)
-    assert defects(linkage, standings(linkage, poses[::-1])).sense == -1
-    assert defects(linkage, standings(linkage, poses[[0, 2, 1, 3, 4]])).order
+    none = DefectsFound(False, False, False)
+    assert find_defects(linkage, standings(linkage, poses)) == (none, 1)
+    assert find_defects(linkage, standings(linkage, poses[::-1])) == (none, -1)
+    assert find_defects(linkage, standings(linkage, poses[[0, 2, 1, 3, 4]]))[0].order
 
 
 def test_branch_defect_of_rocking_crank() -> None:
     linkage = bar(*LINKAGES["non-grashof"])
-    assert not defects(linkage, standings(linkage, trace(linkage, 1, [20, 60, 100, 140]))).branch
-    both = defects(linkage, standings(linkage, trace(linkage, 1, [20, 100, 200, 300])))
-    assert (both.order, both.branch, both.circuit) == (False, True, False)
+    near = standings(linkage, trace(linkage, 1, [20, 60, 100, 140]))
+    assert not find_defects(linkage, near)[0].branch
+    both = standings(linkage, trace(linkage, 1, [20, 100, 200, 300]))
+    assert find_defects(linkage, both)[0] == DefectsFound(False, True, False)
 
 
 def test_circuits_of_a_double_rocker_are_the_sides_of_the_frame() -> None:
@@ -174,8 +175,8 @@ def test_circuits_of_a_double_rocker_are_the_sides_of_the_frame() -> None:
     poses = np.vstack([trace(linkage, 1, [20, 100]), trace(linkage, 2, [50, 120, 300])])
     located = standings(linkage, poses)
     assert [s.circuit for s in located] == [1, 1, 2, 2, 2]
-    assert defects(linkage, located).circuit
-    assert defects(linkage, located[2:]).branch
+    assert find_defects(linkage, located)[0].circuit
+    assert find_defects(linkage, located[2:])[0].branch
 
 
 def test_order_round_a_turn() -> None:

