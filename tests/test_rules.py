@@ -241,7 +241,7 @@ SYMBOLS = {"det", "inv", "LUsolve", "cramer_solve", "adjugate", "cofactor", "min
 """Methods of SymPy's matrices whose results grow without bounds."""
 SOLVERS_OF_NUMBERS = ("np.linalg", "scipy.linalg")
 EXPANDING = {
-    "derive/papers/clutch/model.py": "a conic, 3 x 3",
+    "derive/papers/clutch/geometry.py": "a conic, 3 x 3",
     "derive/papers/clutch/rotor.py": "two vectors in a plane",
     "derive/audit/user_mechanism/subject.py": "two simultaneous equations at most",
     "derive/mechanics/free_motion.py": "accelerations in symbols, which somebody asks for",

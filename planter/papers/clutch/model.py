@@ -16,7 +16,6 @@ from planter.kernels import Array, formulas
 from planter.kernels.formulas import Formulas
 from planter.papers.clutch.file import ClutchFile
 from planter.papers.clutch.results import (
-    AsPrinted,
     ClutchGeometry,
     Crank,
     InequalityResult,
@@ -131,12 +130,11 @@ def compute_geometry(clutch: ClutchFile) -> ClutchGeometry:
         A2=sizes["A2"],
         ellipse=_ellipse(sizes),
         rotor=_rotor(values["a"]),
-        tooth=_tooth(values, "exact"),
+        tooth=_tooth(values),
         travel=_travel(clutch, values),
         linkage=[row for row, _ in linkage],
         conditions=evaluate_conditions(values),
         warnings=[warning for _, warning in linkage if warning],
-        printed=_printed(values),
     )
 
 
@@ -162,8 +160,8 @@ def _rotor(side: float) -> PolygonRotation:
     )
 
 
-def _tooth(values: dict[str, float], name: Model) -> ToothResult:
-    teeth = load_model(name).at("teeth", flats=values["flats"], r=values["r"])
+def _tooth(values: dict[str, float]) -> ToothResult:
+    teeth = load_model().at("teeth", flats=values["flats"], r=values["r"])
     return ToothResult(
         b1_min_mm=teeth["b1"] * 1e3, b2_min_mm=teeth["b2"] * 1e3, xi_deg=math.degrees(teeth["xi"])
     )
@@ -242,23 +240,6 @@ def _turned(unreached: Crank, linkage: CrankLinkage, way: float, values: dict[st
         link_lift_deg=math.degrees(drive_link(values, rotation)["lift"]),
         teeth=teeth,
         printed_teeth=printed,
-    )
-
-
-def _printed(values: dict[str, float]) -> AsPrinted:
-    """Return the shape by the formulas that the paper prints."""
-    sizes = load_model("printed").at("polygon", a=values["a"])
-    R = sizes["R"]
-    return AsPrinted(
-        A1=sizes["A1"],
-        A2=sizes["A2"],
-        semi_axes_over_R=(sizes["s_1"] / R, sizes["s_2"] / R),
-        tangency_radius_over_R=sizes["rho_C"] / R,
-        mismatch_over_R=load_model("printed").at("path", theta=math.pi / 2, a=values["a"])["e_3"]
-        / R,
-        fillet_limit_over_R=load_model("printed").at("fillet", flats=R)["r"] / R,
-        tooth=_tooth(values, "printed"),
-        conditions=evaluate_conditions(values, "printed"),
     )
 
 

@@ -101,10 +101,6 @@ SENTENCES = ("printed", "assumes", "assumptions", "clutch")
 def present_geometry(clutch: ClutchFile, result: ClutchGeometry) -> ResultPresentation:
     """Return the presentation of a clutch's geometry."""
     values, rotor = collect_values(clutch), Rotor(VERTICES, SIDES, result.R_mm * 1e-3)
-    fillets = {
-        "limit": rotor.ellipse["fillet"],
-        "printed": result.printed.fillet_limit_over_R * rotor.width,
-    }
     linkages: dict[str, scene.DrawnLinkage] = {}
     for at, row in zip(result.travel, result.linkage, strict=True):
         if row.crank_rotation_deg is not None:
@@ -117,7 +113,7 @@ def present_geometry(clutch: ClutchFile, result: ClutchGeometry) -> ResultPresen
             for m in MODELS
         }
         levels = np.array(clutch.levels.axial_angles_deg)
-        figures = scene.draw_rotor(rotor, fillets)
+        figures = scene.draw_rotor(rotor, {"limit": rotor.ellipse["fillet"]})
         figures["travel"] = scene.draw_travels(ANGLES, curves, levels)
         return figures | ({"linkage": scene.draw_linkages(linkages)} if linkages else {})
 
