@@ -15,7 +15,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from heapq import heapify, heappop, heappush
-from math import comb
 from typing import Any
 
 import numpy as np
@@ -28,10 +27,6 @@ from planter.numerics.arrays import TURN, wrap_angle
 from planter.papers.pickup.law import MODEL, Dwell, SplineLaw
 
 DEGREE = 3
-_TO_BERNSTEIN = np.array(
-    [[comb(i, k) / comb(5, k) if k <= i else 0.0 for k in range(6)] for i in range(6)]
-)
-"""From powers on [0, 1] to Bernstein's basis, whose coefficients bound the polynomial."""
 NEAR = 1e-6
 """Part of the curve's length around an extreme in which differences to it are taken from their
 series.
@@ -141,47 +136,22 @@ class PathSpline:
         return [alternating[i] for i in left]
 
     def _roots(self) -> Array:
-        """Return the parameters where S .
-
-        S' vanishes: all roots of its pieces, which are of the fifth degree.
-        """
-        inside = np.flatnonzero(
-            (self._pieces[0].x[:-1] < self.length) & (self._pieces[0].x[1:] > 0)
-        )
-        product, width = self._products()
-        bernstein = (product * width[:, None] ** np.arange(6)) @ _TO_BERNSTEIN.T
-        may = (bernstein.min(axis=1) <= 0) & (bernstein.max(axis=1) >= 0)
-        roots = [
-            u
-            for i in inside[may[inside]]
-            for u in self._roots_of(i, np.polynomial.Polynomial(product[i]))
-        ]
-        return np.unique(np.array(roots))
-
-    def _products(self) -> tuple[Array, Array]:
-        """Coefficients (pieces, 6) of S .
-
-        S' in powers of the distance from where a piece begins, and its width.
-        """
-        total = np.zeros((self._pieces[0].c.shape[1], 6))
-        for piece in self._pieces:
-            c = piece.c[::-1].T
-            for i in range(4):
-                for j in range(1, 4):
-                    total[:, i + j - 1] += j * c[:, i] * c[:, j]
-        return total, np.diff(self._pieces[0].x)
-
-    def _roots_of(self, index: int, product: np.polynomial.Polynomial) -> list[float]:
-        begin, end = self._pieces[0].x[index : index + 2]
-        slack = 1e-9 * (end - begin)
-        real = [
-            x.real
-            for x in product.roots()
-            if abs(x.imag) <= slack and -slack <= x.real <= end - begin + slack
-        ]
-        slope = product.deriv()
-        polished = [x - product(x) / slope(x) for x in real if slope(x) != 0]
-        return [min(max(begin + x, 0.0), self.length) for x in polished]
+        """Return the parameters where S . S' vanishes: its pieces are of the fifth degree."""
+        first, second = self._pieces
+        powers = np.zeros((6, len(first.x) - 1))
+        for piece in (first, second):
+            slopes = piece.derivative().c
+            for i, coefficient in enumerate(piece.c):
+                powers[i : i + 3] += coefficient * slopes
+        product = scipy.interpolate.PPoly(powers, first.x)
+        roots = product.roots(extrapolate=False)
+        roots = roots[np.isfinite(roots)]
+        slopes = product.derivative()(roots)
+        # One step of Newton's method; what lies beyond the ends by rounding lies at the ends.
+        roots = roots - np.divide(product(roots), slopes, out=0 * roots, where=slopes != 0)
+        slack = 1e-9 * self.length
+        inside = (roots >= -slack) & (roots <= self.length + slack)
+        return np.unique(np.clip(roots[inside], 0.0, self.length))
 
     def _taylor(self, u: float, inside: float) -> Array:
         """Coefficients (4, 2) of the piece that holds `inside`, in powers of the distance from
@@ -322,25 +292,25 @@ def _other_order(points: Array, tolerance: float) -> str:
 def _inverted(points: Array, tolerance: float, source: str) -> Inversion:
     _check_outside(points, source)
     flat = find_plateau(points, tolerance)
-    order = flat.toothed if flat else np.arange(len(points))
+    dwell, order = flat or (None, np.arange(len(points)))
     if len(order) < LEAST_TOOTHED:
         raise InputError(
             f"{source}: {len(order)} points outside the dwell are not enough: at least "
             f"{LEAST_TOOTHED}"
         )
-    path = best_spline(points[order], closed=flat is None)
-    far, nearest = _extremes(path, flat, points, tolerance, source)
+    path = best_spline(points[order], closed=dwell is None)
+    far, nearest = _extremes(path, dwell, points, tolerance, source)
     bars = load(MODEL).at("bars", L3_max=far.distance, L3_min=nearest.distance)
     chain = _Chain(path, far, nearest, np.array([bars["L1"], bars["L2"]]))
     phi5, phi1 = chain.angles(path.knots[: len(order)])
     _check_order(phi5, points[order], source)
-    if flat is None:
+    if dwell is None:
         _check_order(np.append(phi5, phi5[0] + TURN), points[order], source)
         phi5_far, law = _closed_law(chain, phi5, phi1)
     else:
-        dwell_phi5, dwell_phi1 = chain.solve_dwell(points[flat.members], phi5[-1])
+        dwell_phi5, dwell_phi1 = chain.solve_dwell(points[dwell], phi5[-1])
         _check_order(
-            np.array([*phi5, *dwell_phi5, phi5[0] + TURN]), points[[*order, *flat.members]], source
+            np.array([*phi5, *dwell_phi5, phi5[0] + TURN]), points[[*order, *dwell]], source
         )
         phi5_far, law = _dwelling_law(
             chain, phi5, phi1, dwell_phi5, float(np.mean(dwell_phi1)), source
@@ -349,16 +319,16 @@ def _inverted(points: Array, tolerance: float, source: str) -> Inversion:
 
 
 def _extremes(
-    path: PathSpline, flat: Plateau | None, points: Array, tolerance: float, source: str
+    path: PathSpline, dwell: Integers | None, points: Array, tolerance: float, source: str
 ) -> tuple[DistanceExtreme, DistanceExtreme]:
     """The farthest and the nearest place, of which there must be one each; either may be the dwell
-    itself.
+    itself, whose points have the indices `dwell`.
     """
     extremes = path.extremes(tolerance)
     highs = [e for e in extremes if e.highest]
     lows = [e for e in extremes if not e.highest]
-    if flat is not None:
-        place = points[flat.members[len(flat.members) // 2]]
+    if dwell is not None:
+        place = points[dwell[len(dwell) // 2]]
         dwell_distance = float(np.hypot(*place))
         beyond = path.length * (1 + 1e-9)
         if not highs and len(lows) == 1:
@@ -505,8 +475,8 @@ def _dwelling_law(
     turns = np.floor((ends[1] - far) / TURN)
     shift = far + turns * TURN
     lead = scipy.interpolate.BSpline(arm.t - shift, arm.c - _greville(arm) + far - TURN, arm.k)
-    dwell = Dwell(float(ends[1] - shift), float(ends[0] - shift + TURN))
-    return far, SplineLaw(lead, dwell, held1 - TURN - turns * TURN)
+    rest = Dwell(float(ends[1] - shift), float(ends[0] - shift + TURN))
+    return far, SplineLaw(lead, rest, held1 - TURN - turns * TURN)
 
 
 def _greville(curve: scipy.interpolate.BSpline) -> Array:
@@ -543,19 +513,9 @@ nearly equal, too.
 LEAST_POINTS = 3
 
 
-@dataclass(frozen=True)
-class Plateau:
-    """Indices of the points in the dwell, in order, and of the others, from the dwell's end round
-    to its start.
-    """
-
-    members: Any
-    toothed: Any
-
-
-def find_plateau(points: Array, tolerance: float) -> Plateau | None:
-    """The longest run of points (n, 2) of a closed path whose distances from the origin are
-    equal.
+def find_plateau(points: Array, tolerance: float) -> tuple[Integers, Integers] | None:
+    """Return the longest run of points (n, 2) of a closed path whose distances from the origin are
+    equal: their indices in order, and those of the others from its end round to its start.
     """
     distance = np.hypot(*points.T)
     if np.ptp(distance) <= tolerance:
@@ -564,7 +524,7 @@ def find_plateau(points: Array, tolerance: float) -> Plateau | None:
     members = (begin + np.arange(count)) % len(points)
     if count < LEAST_POINTS or _sweep(points[members]) < LEAST_SWEEP:
         return None
-    return Plateau(members, (begin + count + np.arange(len(points) - count)) % len(points))
+    return members, (begin + count + np.arange(len(points) - count)) % len(points)
 
 
 def _sweep(places: Array) -> float:

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
-from typing import ClassVar, Protocol
+from typing import ClassVar
 
 import casadi as ca
 import numpy as np
@@ -41,32 +41,6 @@ class Dwell:
         return np.asarray(inside)
 
 
-class ArmLaw(Protocol):
-    """phi1(t) with phi1(t + 2 pi) = phi1(t) + 2 pi."""
-
-    @property
-    def dwell(self) -> Dwell | None: ...
-
-    @property
-    def transition(self) -> float:
-        """Angle on either side of the dwell over which other means than teeth drive the arm
-        [rad].
-        """
-
-    def arm(self, t: Array) -> Array:
-        """The arm's angle [rad]."""
-
-    def slopes(self, t: Array) -> Array:
-        """Slope on the teeth and its two derivatives, (3, n); in the dwell they continue those of
-        the teeth.
-        """
-
-    def joints(self) -> Array:
-        """Angles in the toothed range between which the law is smooth, both ends included, in
-        order.
-        """
-
-
 def toothed_range(dwell: Dwell | None) -> tuple[float, float]:
     """First and last angle of the teeth: the turn without the dwell, from the dwell's end on."""
     return (0.0, TURN) if dwell is None else (dwell.end - TURN, dwell.start)
@@ -82,6 +56,7 @@ class SplineLaw:
     dwell: Dwell | None
     dwell_angle: float
     transition: ClassVar[float] = 0.0
+    """Angle next to the dwell over which other means than teeth drive the arm [rad]."""
 
     def _fold_angle(self, t: Array) -> Array:
         """The angles brought into the turn that begins where the teeth do."""
@@ -100,7 +75,9 @@ class SplineLaw:
         )
 
     def slopes(self, t: Array) -> Array:
-        """Return the slope with two derivatives (3, n)."""
+        """Return the slope with two derivatives (3, n); in the dwell they continue those of the
+        teeth.
+        """
         turn_angle = self._fold_angle(t)
         first, last = toothed_range(self.dwell)
         if self.dwell is not None:
@@ -110,7 +87,7 @@ class SplineLaw:
             [self.lead(turn_angle, 1) + 1, self.lead(turn_angle, 2), self.lead(turn_angle, 3)]
         )
 
-    def joints(self) -> Array:
+    def breakpoints(self) -> Array:
         """Return the breakpoints of the law on the teeth [rad], in order."""
         first, last = toothed_range(self.dwell)
         knots = (
@@ -147,7 +124,7 @@ class CosineLaw:
         """Return the slope with two derivatives (3, n)."""
         return self._evaluate(t)[1:4]
 
-    def joints(self) -> Array:
+    def breakpoints(self) -> Array:
         """Return the breakpoints of the law on the teeth [rad], in order."""
         first, last = toothed_range(self.dwell)
         inner = (first + self.transition, last - self.transition) if self.transition else ()
@@ -177,6 +154,10 @@ class CosineLaw:
             return np.array([values[name] for name in ("phi1", "g", "dg", "ddg")])
         smooth = _law()(t=angles.ravel(), law=np.append(law, self.transition))
         return smooth["outputs"].reshape(4, *angles.shape)
+
+
+ArmLaw = SplineLaw | CosineLaw
+"""phi1(t) with phi1(t + 2 pi) = phi1(t) + 2 pi."""
 
 
 def compose_smooth_law(t: ca.SX, law: ca.SX) -> ca.SX:

@@ -44,7 +44,7 @@ def test_the_arm_gains_a_turn_in_a_turn_and_rests_in_the_dwell() -> None:
 
 def test_slopes_are_the_derivatives_of_the_angle() -> None:
     t = np.linspace(END - 2 * np.pi, START, 5001)[1:-1]
-    t = t[np.min(np.abs(t[:, None] - LAW.joints()), axis=1) > 1e-3]
+    t = t[np.min(np.abs(t[:, None] - LAW.breakpoints()), axis=1) > 1e-3]
     h = 1e-5
     for lower, upper in (
         (LAW.arm, 0),
@@ -56,16 +56,16 @@ def test_slopes_are_the_derivatives_of_the_angle() -> None:
 
 
 def test_slope_and_rate_are_continuous_and_end_at_zero() -> None:
-    for joint in LAW.joints():
+    for joint in LAW.breakpoints():
         inside = LAW.slopes(np.array([joint - 1e-9, joint + 1e-9]))
         assert inside[0, 0] == pytest.approx(inside[0, 1], abs=1e-6)
         assert inside[1, 0] == pytest.approx(inside[1, 1], abs=1e-5)
-    ends = LAW.slopes(np.array([LAW.joints()[0], LAW.joints()[-1]]))
+    ends = LAW.slopes(np.array([LAW.breakpoints()[0], LAW.breakpoints()[-1]]))
     assert ends[:2] == pytest.approx(np.zeros((2, 2)), abs=1e-9)
 
 
 def test_law_outside_transitions_equals_paper() -> None:
-    t = np.linspace(LAW.joints()[1], LAW.joints()[2], 100)
+    t = np.linspace(LAW.breakpoints()[1], LAW.breakpoints()[2], 100)
     assert LAW.slopes(t)[0] == pytest.approx(LAW.mean_on_teeth * (1 + P * np.cos(t)), rel=1e-12)
 
 
