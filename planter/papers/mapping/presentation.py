@@ -60,9 +60,9 @@ def present_synthesis(synthesis: Synthesis) -> ResultPresentation:
         document=synthesis.file,
         model=_assumptions(),
         motions=lambda: [
-            MotionBlock(drawn)
+            MotionBlock(motion)
             for linkage in synthesis.linkages
-            for drawn in scene.build_linkage_scenes(linkage, synthesis.poses).values()
+            for motion in scene.build_linkage_scenes(linkage, synthesis.poses).values()
         ],
         figures=lambda: scene.draw_synthesis(synthesis),
         captions={

@@ -66,9 +66,9 @@ class Poses:
 
         synthesis = self._synthesis(values)
         return [
-            drawn
+            motion
             for linkage in synthesis.linkages
-            for drawn in scene.build_linkage_scenes(linkage, synthesis.poses).values()
+            for motion in scene.build_linkage_scenes(linkage, synthesis.poses).values()
         ]
 
     def readings(self, values: Values, model: str) -> Sequence[Reading]:

@@ -65,26 +65,26 @@ class SplineLaw:
 
     def arm(self, t: Array) -> Array:
         """Return the arm's angle (n,) [rad]."""
-        turn_angle = self._fold_angle(t)
+        folded_angle = self._fold_angle(t)
         last = toothed_range(self.dwell)[1]
-        on_teeth = self.lead(np.minimum(turn_angle, last)) + turn_angle
+        on_teeth = self.lead(np.minimum(folded_angle, last)) + folded_angle
         return np.asarray(
-            np.where(turn_angle <= last, on_teeth, self.dwell_angle)
+            np.where(folded_angle <= last, on_teeth, self.dwell_angle)
             + np.asarray(t, dtype=float)
-            - turn_angle
+            - folded_angle
         )
 
     def slopes(self, t: Array) -> Array:
         """Return the slope with two derivatives (3, n); in the dwell they continue those of the
         teeth.
         """
-        turn_angle = self._fold_angle(t)
+        folded_angle = self._fold_angle(t)
         first, last = toothed_range(self.dwell)
         if self.dwell is not None:
-            closer_to_end = turn_angle > last + self.dwell.width / 2
-            turn_angle = np.where(closer_to_end, first, np.minimum(turn_angle, last))
+            closer_to_end = folded_angle > last + self.dwell.width / 2
+            folded_angle = np.where(closer_to_end, first, np.minimum(folded_angle, last))
         return np.array(
-            [self.lead(turn_angle, 1) + 1, self.lead(turn_angle, 2), self.lead(turn_angle, 3)]
+            [self.lead(folded_angle, 1) + 1, self.lead(folded_angle, 2), self.lead(folded_angle, 3)]
         )
 
     def breakpoints(self) -> Array:
@@ -196,9 +196,11 @@ def compose_smooth_law(t: ca.SX, law: ca.SX) -> ca.SX:
         return integral(after, distances[0]) + plain(middle) - plain(first + h) + rest
 
     turned = TURN * ca.floor((t - first) / TURN)
-    turn_angle, mean = t - turned, TURN / gained(start)
-    angle = far + mean * (gained(turn_angle) - gained(ca.SX(0))) + turned
-    tooth = ca.if_else(turn_angle > start + (end - start) / 2, first, ca.fmin(turn_angle, start))
+    folded_angle, mean = t - turned, TURN / gained(start)
+    angle = far + mean * (gained(folded_angle) - gained(ca.SX(0))) + turned
+    tooth = ca.if_else(
+        folded_angle > start + (end - start) / 2, first, ca.fmin(folded_angle, start)
+    )
     slopes = [1 + p * ca.cos(tooth), -p * ca.sin(tooth), -p * ca.cos(tooth)]
     for part, distance, sense in ((after, tooth - first, 1), (before, start - tooth, -1)):
         square, cube = part

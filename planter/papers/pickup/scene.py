@@ -191,7 +191,6 @@ BEFORE = 10
 """How long before the pick the needle is drawn, in carrier angle [deg]: it stands askew in the
 cell.
 """
-_MM = 1e3
 
 
 def draw_sheets(machine: Pickup, train: PickupTrain) -> list[Sheet]:

@@ -164,8 +164,8 @@ def test_ordered_poses_have_no_defects() -> None:
 
 def test_branch_defect_of_rocking_crank() -> None:
     linkage = bar(*LINKAGES["non-grashof"])
-    near = standings(linkage, trace(linkage, 1, [20, 60, 100, 140]))
-    assert not find_defects(linkage, near)[0].branch
+    three = standings(linkage, trace(linkage, 1, [20, 60, 100, 140]))
+    assert not find_defects(linkage, three)[0].branch
     both = standings(linkage, trace(linkage, 1, [20, 100, 200, 300]))
     assert find_defects(linkage, both)[0] == DefectsFound(False, True, False)
 
