@@ -105,11 +105,6 @@ def test_goals_select_best_levels() -> None:
         assert np.mean(by_rank, axis=0)[first] == np.mean(by_rank, axis=0).min()
 
 
-def test_losses_equal_up_to_rounding_share_a_rank() -> None:
-    ranks = field.rank_losses(np.array([0.1 + 0.2, 0.3, 1.0, 0.0]))
-    assert ranks.tolist() == [2.5, 2.5, 4.0, 1.0]
-
-
 def test_undefined_comparisons_are_null() -> None:
     still = replace(NEW, sd=0.0), replace(OLD, sd=0.0, mean=0.0)
     (comparison,) = field.compare_samples(still)

@@ -99,14 +99,6 @@ def test_link_work_equals_sleeve_work(machine: Machine) -> None:
     assert motor.peak_power_W == pytest.approx(60.0 * fastest, rel=1e-6)
 
 
-def test_jumps_are_those_of_the_ends(machine: Machine) -> None:
-    shocks = summarise_machine(machine).shocks
-    assert {shock.quantity for shock in shocks} == {"v_sleeve", "M_link"}
-    assert {shock.event for shock in shocks} == {"link turns back"}
-    ends = np.degrees([0, 0, machine.turn / 2, machine.turn / 2])
-    assert [shock.phi_deg for shock in shocks] == pytest.approx(ends.tolist(), abs=1e-9)
-
-
 def test_derivatives_are_those_of_differences(machine: Machine) -> None:
     check_slopes(machine, machine.turn * np.array([0.1, 0.33, 0.7]))
 
