@@ -47,7 +47,7 @@ READING = {
     "cli/commands.py": "references of installed packages, topics of this program",
     "report/folder.py": "the lock of a folder, opened without following links",
     "files/examples.py": "files that installed rooms bring",
-    "exports/co_simulation.py": (
+    "exports/fmi.py": (
         "files of this program, a library that was compiled a moment before"
     ),
     "kernels/builds.py": "/proc of processes that compile",
@@ -136,7 +136,7 @@ WRITING = {
     "kernels/builds.py": "folders of the cache",
     "kernels/programs.py": "a scratch folder",
     "kernels/toolchain.py": "a scratch folder",
-    "exports/co_simulation.py": "a scratch folder",
+    "exports/fmi.py": "a scratch folder",
     "studio/session.py": "a scratch folder",
     "rows/sweeps/job.py": "a database that --overwrite replaces",
 }
