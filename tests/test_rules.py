@@ -182,7 +182,7 @@ BY_HAND = {
     "papers/clutch/rotor.py": (
         "normals of a polygon's sides in a linear programme; the outline that is drawn"
     ),
-    "gears/geometry/trimming.py": "points and directions on circles",
+    "gears/geometry/pieces.py": "points and directions on circles",
     "gears/geometry/pitch_curves.py": "how steep a curve of a table is, to refuse it",
     "papers/mapping/dyads.py": "poses as points of a linear system, directions to search in",
     "papers/mapping/linkage.py": "roots of the generated closed loop, intervals between them",

@@ -191,7 +191,7 @@ def _draw_gear(
 ) -> None:
     outline, pitch = (
         _MM * (_rotate(line, angle) + np.asarray(centre))
-        for line in (_find_vertices(gear), gear.pitch_points(np.linspace(0, 1, 361)))
+        for line in (_find_vertices(gear), gear.pitch_line.at(np.linspace(0, 1, 361)))
     )
     axes.fill(*outline.T, facecolor=shade, alpha=0.12, edgecolor="none")
     axes.plot(*np.vstack([outline, outline[:1]]).T, color=shade, linewidth=0.8, label=gear.name)

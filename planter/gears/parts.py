@@ -12,7 +12,7 @@ from planter.files import csv_rows
 from planter.gears.geometry.gear import Gear
 from planter.gears.geometry.intermittent_gears import IncompleteGear
 from planter.gears.workshop import arcs, drawing, solids
-from planter.gears.workshop.arcs import Arcs, ClosedCurve
+from planter.gears.workshop.arcs import Arcs
 from planter.gears.workshop.drawing import Bore, DrawingLine
 from planter.kernels import Array
 
@@ -73,9 +73,7 @@ class GearPart:
     def pitch(self) -> Arcs:
         """The pitch curve as arcs."""
         gear, tolerance = self.placed.gear, 10 * self.settings.tolerance
-        if isinstance(gear, IncompleteGear):
-            return arcs.fit_arcs([gear.pitch_line], tolerance, closed=False).arcs
-        return arcs.fit_arcs([ClosedCurve("pitch curve", gear.pitch_points)], tolerance).arcs
+        return arcs.fit_arcs([gear.pitch_line], tolerance, isinstance(gear, Gear)).arcs
 
     @cached_property
     def bore(self) -> Bore | None:

@@ -32,23 +32,18 @@ from planter.gears.geometry.cutting import (
     check_rack,
 )
 from planter.gears.geometry.flanks import Flanks, Rack
-from planter.gears.geometry.gear import (
-    ROOT,
-    TIP,
-    Gear,
-    OutlinePiece,
-)
+from planter.gears.geometry.gear import ROOT, TIP, Gear
 from planter.gears.geometry.locking_arcs import Horn, Rolling, compute_arc_radius, compute_horn
-from planter.gears.geometry.pitch_curves import KAPPA, RACK, PitchCurve
-from planter.gears.geometry.trimming import (
-    CircularArc,
-    PitchLine,
+from planter.gears.geometry.pieces import (
+    Piece,
     Region,
-    StraightWall,
     TrimmingCircle,
+    build_arc,
+    build_wall,
     start_outside,
     trim_line,
 )
+from planter.gears.geometry.pitch_curves import KAPPA, RACK, PitchCurve
 from planter.kernels import Array, Flags
 from planter.numerics.arrays import TURN
 
@@ -313,11 +308,10 @@ def _build_rows(
 
 def _build_driven_gear(row: ToothRow, rolling: Rolling, cut: Region) -> IncompleteGear:
     line = row.outline()
-    closing = StraightWall(row.z - 1, line[-1].at(np.ones(1))[0], line[0].at(np.zeros(1))[0])
+    closing = build_wall(row.z - 1, line[-1].end, line[0].start)
     pieces = trim_line(start_outside([*line, closing], cut), cut)
-    return IncompleteGear(
-        row, tuple(pieces), PitchLine(row.curve, rolling.behind, rolling.behind + rolling.length)
-    )
+    pitch_line = row.curve.part(rolling.behind, rolling.behind + rolling.length)
+    return IncompleteGear(row, tuple(pieces), pitch_line)
 
 
 def _build_driving_gear(
@@ -326,14 +320,11 @@ def _build_driving_gear(
     line = row.outline()
     for region in truncated:
         line = trim_line(line, region)
-    arc = CircularArc("convex arc", row.z - 1, AXIS, radius, rolling.over[1], rolling.dwell)
-    down = StraightWall(row.z - 1, line[-1].at(np.ones(1))[0], arc.at(np.zeros(1))[0])
-    up = StraightWall(0, arc.at(np.ones(1))[0], line[0].at(np.zeros(1))[0])
-    return IncompleteGear(
-        row,
-        (*line, down, arc, up),
-        PitchLine(row.curve, rolling.lead, rolling.lead + rolling.length),
-    )
+    arc = build_arc("convex arc", row.z - 1, AXIS, radius, rolling.over[1], rolling.dwell)
+    down = build_wall(row.z - 1, line[-1].end, arc.start)
+    up = build_wall(0, arc.end, line[0].start)
+    pitch_line = row.curve.part(rolling.lead, rolling.lead + rolling.length)
+    return IncompleteGear(row, (*line, down, arc, up), pitch_line)
 
 
 def _find_truncation(
@@ -404,8 +395,8 @@ class IncompleteGear:
     """
 
     row: ToothRow
-    pieces: tuple[OutlinePiece, ...]
-    pitch_line: PitchLine
+    pieces: tuple[Piece, ...]
+    pitch_line: Piece
 
     @property
     def name(self) -> str:
@@ -423,13 +414,9 @@ class IncompleteGear:
     def curve(self) -> PitchCurve:
         return self.row.curve
 
-    def outline(self) -> list[OutlinePiece]:
+    def outline(self) -> list[Piece]:
         """Return the pieces of the outline in order."""
         return list(self.pieces)
-
-    def pitch_points(self, share: Array) -> Array:
-        """Return points (n, 2) [m] of the rolling pitch line at shares (n,) of it."""
-        return self.pitch_line.at(share)
 
     @cached_property
     def points(self) -> Array:
@@ -451,12 +438,12 @@ class IncompleteGear:
     @property
     def joins(self) -> float:
         """Largest gap between the end of a piece and the start of the next [m]."""
-        ends = np.vstack([piece.at(np.ones(1)) for piece in self.pieces])
-        starts = np.vstack([piece.at(np.zeros(1)) for piece in self.pieces])
+        ends = np.array([piece.end for piece in self.pieces])
+        starts = np.array([piece.start for piece in self.pieces])
         return float(np.hypot(*(ends - np.roll(starts, -1, axis=0)).T).max())
 
 
-def _chord_shares(piece: OutlinePiece, sagitta: float) -> Array:
+def _chord_shares(piece: Piece, sagitta: float) -> Array:
     """Return the parameters (n + 1,) of chords of a piece within a deviation [m]."""
     shares = np.linspace(0, 1, _SAMPLES)
     length = float(np.hypot(*np.diff(piece.at(shares), axis=0).T).sum())
@@ -464,7 +451,7 @@ def _chord_shares(piece: OutlinePiece, sagitta: float) -> Array:
     return np.linspace(0, 1, 1 + max(1, int(np.ceil(chords))))
 
 
-def _inner_polygon(piece: OutlinePiece, sagitta: float) -> Array:
+def _inner_polygon(piece: Piece, sagitta: float) -> Array:
     """Return a piece without its end point as chords or, if concave, as tangents at the ends of the
     chords.
     """

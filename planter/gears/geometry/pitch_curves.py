@@ -11,6 +11,7 @@ import numpy as np
 import scipy
 
 from planter.errors import GeometryError
+from planter.gears.geometry.pieces import Piece
 from planter.gears.geometry.stage import Stage
 from planter.kernels import Array, formulas
 from planter.numerics import roots
@@ -150,9 +151,9 @@ class PitchCurve:
             self.joints * factor,
         )
 
-    def places(self, share: Array) -> Array:
-        """Return points (n, 2) [m] at shares (n,) of the length."""
-        return self.at(share * self.length)[[X, Y]].T
+    def part(self, low: float, high: float) -> Piece:
+        """Return the curve between two of its arc lengths [m]."""
+        return Piece("pitch curve", lambda s: self.at(low + (high - low) * s)[:POLAR])
 
 
 Contact = Callable[[Array], Array]

@@ -9,66 +9,15 @@ Computer-Aided Design 7, 1975). Here the ratio is the one that preserves the are
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from planter.errors import ComputationError
+from planter.gears.geometry.pieces import Piece
 from planter.kernels import Array
-
-_STEP = 1e-5
-"""Step of the parameter for difference quotients of a closed curve."""
-
-
-class Piece(Protocol):
-    """A smooth piece of a curve, along a parameter s from 0 to 1 in the direction of the curve;
-    `kind` names it.
-
-    `at(s)` gives points (n, 2) [m], `tangent(s)` unit vectors (n, 2), `curvature(s)` (n,) [1/m],
-    positive where the curve turns to the left.
-    """
-
-    @property
-    def kind(self) -> str: ...
-    def at(self, s: Array) -> Array:
-        """Return points (n, 2) [m] at parameters (n,)."""
-
-    def tangent(self, s: Array) -> Array:
-        """Return unit tangents (n, 2) at parameters (n,)."""
-
-    def curvature(self, s: Array) -> Array:
-        """Return signed curvature (n,) [1/m] at parameters (n,)."""
-
-
-@dataclass(frozen=True)
-class ClosedCurve:
-    """A closed smooth curve as a piece, defined by points (n, 2) [m] along s from 0 to 1 only."""
-
-    kind: str
-    places: Callable[[Array], Array]
-
-    def at(self, s: Array) -> Array:
-        """Return points (n, 2) [m] at parameters (n,)."""
-        return self.places(s % 1.0)
-
-    def tangent(self, s: Array) -> Array:
-        """Return unit tangents (n, 2) at parameters (n,)."""
-        chord = self.at(s + _STEP) - self.at(s - _STEP)
-        return chord / np.hypot(*chord.T)[:, None]
-
-    def curvature(self, s: Array) -> Array:
-        """Return signed curvature (n,) [1/m] at parameters (n,), positive where the curve bends to
-        the left.
-        """
-        before, middle, after = (self.at(s + step) for step in (-_STEP, 0.0, _STEP))
-        first, second = middle - before, after - middle
-        turn = np.arctan2(
-            first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0], (first * second).sum(axis=1)
-        )
-        return turn / ((np.hypot(*first.T) + np.hypot(*second.T)) / 2)
 
 
 @dataclass(frozen=True)

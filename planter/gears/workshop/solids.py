@@ -17,7 +17,8 @@ import numpy as np
 import scipy
 
 from planter.errors import ComputationError, InputError
-from planter.gears.workshop.arcs import Arcs, Piece, interpolate_arcs
+from planter.gears.geometry.pieces import Piece
+from planter.gears.workshop.arcs import Arcs, interpolate_arcs
 from planter.kernels import Array
 
 SpaceCurve = Callable[[Array], Array]
