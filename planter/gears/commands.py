@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Annotated
 
@@ -120,6 +121,7 @@ def gears(
     console = Console(as_json)
     with console.outcome():
         from planter.gears import gear_set, request
+        from planter.gears.geometry.cutting import ToothOrder
         from planter.gears.presentation import present_gears
 
         if (machine is None) == (curve is None):
@@ -134,16 +136,25 @@ def gears(
         settings = request.parse_part_settings(
             tolerance_um, bore_mm, keyway_mm, width_mm, step, stl
         )
-        rack_options = {"pressure_angle": pressure_angle, "addendum": addendum, "shift": shift}
+        angle = None if pressure_angle is None else math.radians(pressure_angle)
+        rack_options = {"pressure_angle": angle, "addendum": addendum, "shift": shift}
         explicit = {name: value for name, value in rack_options.items() if value is not None}
-        rack = request.Teeth(
+        order = ToothOrder(
             clearance=clearance,
             tip_radius=tip_radius,
-            backlash_mm=backlash_mm,
-            centre_error_mm=centre_error_mm,
+            play=backlash_mm * 1e-3,
             process=process,
             allow_undercut=allow_undercut,
             **explicit,
+        )
+        options = request.GearOptions(
+            order,
+            frozenset(explicit),
+            request.parse_modules(module, module1, module2),
+            request.parse_tooth_counts(teeth),
+            keep,
+            parse_changes(set_),
+            speed_rpm,
         )
         if curve is not None:
             stages = {"--module1": module1, "--module2": module2}
@@ -151,28 +162,13 @@ def gears(
                 "goes with MACHINE, not with --curve",
                 {**stages, "--set": set_, "--speed-rpm": speed_rpm},
             )
-            gear_pair = gear_set.build_curve_set(
-                curve, mate, request.GearTurns.parse(turns), rack, module, teeth, keep
-            )
-            result = gear_set.make_gear_set(gear_pair, rack, settings, out, console.progress)
+            gears_ = gear_set.cut_curve(curve, mate, request.GearTurns.parse(turns), options)
         else:
             assert machine is not None
             _check("goes with --curve, not with MACHINE", {"--mate": mate, "--turns": turns != "1"})
-            modules, numbers = (
-                request.parse_modules(module, module1, module2),
-                request.parse_tooth_counts(teeth),
-            )
-            options = request.GearOptions(
-                rack,
-                settings,
-                frozenset(explicit),
-                modules,
-                numbers,
-                keep,
-                parse_changes(set_),
-                speed_rpm,
-            )
-            result = request.find_adapter(machine).make(machine, options, out, console.progress)
+            gears_ = gear_set.cut_machine(machine, options)
+        farther = centre_error_mm * 1e-3
+        result = gear_set.make_gears(gears_, settings, farther, out, console.progress)
         present_gears(result).show(console)
 
 

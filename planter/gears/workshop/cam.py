@@ -16,7 +16,8 @@ from shapely import LineString
 from planter.errors import GeometryError, InputError
 from planter.files import units
 from planter.gears.geometry.pieces import Piece
-from planter.gears.workshop import arcs, cam_results
+from planter.gears.results import Cam, Contour, LiftOff, Most, Roller
+from planter.gears.workshop import arcs
 from planter.gears.workshop.arcs import ArcFit, Arcs
 from planter.gears.workshop.drawing import Bore, DrawingLine, build_cross, check_wall
 from planter.kernels import Array
@@ -191,7 +192,7 @@ class CamPart:
 
     profile: Profile
     lines: tuple[DrawingLine, ...]
-    result: cam_results.Cam
+    result: Cam
 
 
 def build_cam_part(
@@ -232,32 +233,32 @@ def _summarise(
     contour: ArcFit,
     lift_off: RollerLiftOff | None,
     machine_speed: float,
-) -> cam_results.Cam:
+) -> Cam:
     radius, concave, pressure = (
         profile.roller * 1e3,
         tightest.value < 1,
         profile.find_largest("pressure"),
     )
-    return cam_results.Cam(
+    return Cam(
         machine=profile.name,
         kind=kind,
-        roller=cam_results.Roller(
+        roller=Roller(
             radius_mm=radius,
             margin=tightest.value,
             least_curvature_radius_mm=radius / (1 - tightest.value) if concave else None,
             at_deg=float(np.degrees(tightest.place)) if concave else None,
         ),
-        pressure_angle_deg=cam_results.Most(
+        pressure_angle_deg=Most(
             float(np.degrees(pressure.value)), float(np.degrees(pressure.place))
         ),
         lift_off=None
         if lift_off is None
-        else cam_results.LiftOff(
+        else LiftOff(
             lift_off.speed / units.unit_factor("_rpm"),
             machine_speed / units.unit_factor("_rpm"),
             float(np.degrees(lift_off.angle)),
         ),
-        contour=cam_results.Contour(
+        contour=Contour(
             float(contour.arcs.lengths.sum()) * 1e3,
             len(contour.arcs.chords),
             contour.deviation * 1e6,

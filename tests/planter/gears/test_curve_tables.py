@@ -10,7 +10,7 @@ import pytest
 
 from planter.errors import PlanterError
 from planter.gears.geometry.pitch_curves import POLAR as POLAR_ROW
-from planter.gears.geometry.pitch_curves import build_sampled_pair
+from planter.gears.geometry.pitch_curves import SampledRadius
 from planter.gears.request import GearTurns, load_pair
 from planter.kernels import Array
 from planter.numerics import piecewise
@@ -160,12 +160,12 @@ def test_any_perturbed_table_gives_pair_or_single_line(tmp_path: Path, seed: int
 
 def test_clockwise_table_error_names_the_table_angle() -> None:
     with pytest.raises(PlanterError, match=r"at the polar angle 1[78]\d\.?\d* deg"):
-        build_sampled_pair(np.radians(POLAR), replaced(30, 120.0) * 1e-3, "own", sense=-1)
+        SampledRadius(np.radians(POLAR), replaced(30, 120.0) * 1e-3, "own", -1).build_pair()
 
 
 @pytest.mark.parametrize("turns", [1, 3])
 def test_mate_of_a_circle_is_a_circle(turns: int) -> None:
-    pair = build_sampled_pair(np.radians(POLAR), np.full(60, 0.0317), "own", turns)
+    pair = SampledRadius(np.radians(POLAR), np.full(60, 0.0317), "own").build_pair(turns)
     assert pair.distance == pytest.approx(0.0317 * (1 + turns), rel=1e-12)
 
 
