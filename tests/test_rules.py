@@ -47,9 +47,7 @@ READING = {
     "cli/commands.py": "references of installed packages, topics of this program",
     "report/folder.py": "the lock of a folder, opened without following links",
     "files/examples.py": "files that installed rooms bring",
-    "exports/fmi.py": (
-        "files of this program, a library that was compiled a moment before"
-    ),
+    "exports/fmi.py": ("files of this program, a library that was compiled a moment before"),
     "kernels/builds.py": "/proc of processes that compile",
     "kernels/generated.py": "functions of installed rooms",
     "kernels/programs.py": "a program that was compiled a moment before",
