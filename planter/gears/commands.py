@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -138,7 +138,9 @@ def gears(
         )
         angle = None if pressure_angle is None else math.radians(pressure_angle)
         rack_options = {"pressure_angle": angle, "addendum": addendum, "shift": shift}
-        explicit = {name: value for name, value in rack_options.items() if value is not None}
+        explicit: dict[str, Any] = {
+            name: value for name, value in rack_options.items() if value is not None
+        }
         order = ToothOrder(
             clearance=clearance,
             tip_radius=tip_radius,

@@ -204,11 +204,11 @@ def _find_vertices(gear: AnyGear) -> Array:
 
 def _rotate(line: Array, angle: float) -> Array:
     c, s = np.cos(angle), np.sin(angle)
-    return np.asarray(line @ np.array([[c, s], [-s, c]]))
+    return line @ np.array([[c, s], [-s, c]])
 
 
 def _polar_angles(gear: Gear, s: Array) -> Array:
-    return np.asarray(np.mod(np.degrees(gear.curve.at(s)[5]), 360))
+    return np.mod(np.degrees(gear.curve.at(s)[5]), 360)
 
 
 _COLUMNS = 2

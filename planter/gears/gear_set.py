@@ -74,8 +74,7 @@ def cut_machine(source: str, options: GearOptions) -> GearSet:
     """
     module: Any = load_part(source, "toothed")
     if module is not None:
-        gears: GearSet = module.cut_gears(source, options)
-        return gears
+        return module.cut_gears(source, options)
     text_files.parse_toml(examples.read_source(source), source)
     names = [name for name in examples.list_examples(suffix=".toml") if load_part(name, "toothed")]
     raise InputError(

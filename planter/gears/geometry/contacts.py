@@ -56,7 +56,7 @@ class Contacts:
         pair = self.mesh.pair
         radius = np.hypot(*pair.gear.at(self.mesh.arc_lengths(self.faced.at)[0])[:2])
         arm = self.points - np.array([radius, np.zeros_like(radius)])
-        return np.asarray(np.hypot(*arm) * (1 + radius / (pair.distance - radius)))
+        return np.hypot(*arm) * (1 + radius / (pair.distance - radius))
 
     @property
     def lost_motion(self) -> Array:
@@ -110,7 +110,7 @@ class Contacts:
     @property
     def thinned(self) -> Array:
         """Flanks (2, n) by their arc lengths [m], thinned by each gear's share of the backlash."""
-        return np.asarray(self.faced.xi - self.faced.side * self.mesh.gears[0].rack.play / 4)
+        return self.faced.xi - self.faced.side * self.mesh.gears[0].rack.play / 4
 
     @cached_property
     def _touching(self) -> Array:
@@ -184,12 +184,12 @@ def _move_cut(cut: Cut, position: Array) -> Cut:
 
 
 def _dot(first: Array, second: Array) -> Array:
-    return np.asarray((first * second).sum(axis=0))
+    return (first * second).sum(axis=0)
 
 
 def cross_product(first: Array, second: Array) -> Array:
     """Return the cross product (...) of plane vectors (2, ...)."""
-    return np.asarray(first[0] * second[1] - first[1] * second[0])
+    return first[0] * second[1] - first[1] * second[0]
 
 
 _DISTANCE_STEP = 0.1
@@ -221,7 +221,7 @@ class WiderMesh:
     @property
     def contact_ratios(self) -> Array:
         """Contact ratio (n,) of each pair."""
-        return np.asarray((self.last[AT] - self.first[AT]) / self.mesh.pitch)
+        return (self.last[AT] - self.first[AT]) / self.mesh.pitch
 
     @property
     def touches(self) -> bool:

@@ -32,6 +32,8 @@ MAX_TEETH = 1000
 """Largest number of teeth on a gear: every flank is solved, which takes some ten milliseconds per
 tooth.
 """
+CUTTER_TEETH = 12
+"""Tooth count of the pinion cutter with which a shaper cuts concave curves."""
 DEFAULT_MODULE = 2e-3
 """Module without an order of module or teeth [m]."""
 _INTEGER_TOLERANCE = 1e-9
@@ -45,7 +47,6 @@ class ToothOrder:
     [rad], rack in modules, backlash [m], process: "hob", "shaper" or "wire".
 
     The default of `keep` is the size if teeth are given without a module, else the module.
-    `cutter_teeth` is the tooth count of the pinion cutter with which a shaper cuts concave curves.
     """
 
     teeth: int | None = None
@@ -59,7 +60,6 @@ class ToothOrder:
     tip_radius: float = 1.0
     process: str = "hob"
     allow_undercut: bool = False
-    cutter_teeth: int = 12
 
     def rack(self, module: float) -> Rack:
         """Return the gear's rack; its mate's has the opposite profile shift."""
@@ -176,10 +176,10 @@ def check_curve(curve: PitchCurve, order: ToothOrder, tip: float, root: float, n
     if order.process == "hob":
         raise GeometryError(f"{finding}, which no hob can cut: the process must be shaper or wire")
     # the whole depth of the rack is that of the cutter in its own modules
-    cutter = order.cutter_teeth * (tip + root) / (2 * (2 * order.addendum + order.clearance))
+    cutter = CUTTER_TEETH * (tip + root) / (2 * (2 * order.addendum + order.clearance))
     if order.process == "shaper" and bow <= cutter:
         raise GeometryError(
-            f"{finding}, which a shaper's cutter of {order.cutter_teeth} teeth, "
+            f"{finding}, which a shaper's cutter of {CUTTER_TEETH} teeth, "
             f"{cutter * 1e3:.4g} mm in pitch "
             f"radius, cannot cut: the process must be wire"
         )

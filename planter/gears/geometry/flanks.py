@@ -117,7 +117,7 @@ class Flanks:
     @cached_property
     def centre(self) -> Array:
         """Arc lengths of the teeth's centres."""
-        return np.asarray(self.phase + self.rack.pitch * self.tooth)
+        return self.phase + self.rack.pitch * self.tooth
 
     @cached_property
     def xi(self) -> Array:
@@ -489,5 +489,4 @@ def _find_chords(line: Array, other: Array) -> tuple[int, int] | None:
 
 def _double_area(a: Array, b: Array, c: Array) -> Array:
     """Return twice the area of the triangle a, b, c."""
-    area: Array = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
-    return area
+    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])

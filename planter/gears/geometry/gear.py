@@ -209,8 +209,7 @@ class Gear:
         """Arc length (z,) of each tooth's tip [m]."""
         lengths = self._quadrature[1].sum(axis=1)
         tips = self.pieces.kind == TIP
-        lands: Array = np.bincount(self.pieces.tooth[tips], lengths[tips], self.z).astype(float)
-        return lands
+        return np.bincount(self.pieces.tooth[tips], lengths[tips], self.z).astype(float)
 
     @property
     def root_radius(self) -> float:

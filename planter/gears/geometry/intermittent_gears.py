@@ -174,7 +174,7 @@ class _DwellEnd:
         undriven: Flags = np.logical_not(drives.reshape(len(sigma), -1, _PHASES).any(axis=1))
         last = len(sigma) - 1 - np.argmax(undriven[::-1], axis=0)
         turned = self.rolling.places(self._measure_from_end(sigma))[0][0]
-        return np.asarray(np.where(undriven.any(axis=0), np.abs(turned - turned[0])[last], 0.0))
+        return np.where(undriven.any(axis=0), np.abs(turned - turned[0])[last], 0.0)
 
     def _remain_on_gears(self, sigma: Array, x: Array) -> Flags:
         """Return whether points of contact (n,) remain on both gears."""
@@ -190,8 +190,7 @@ class _DwellEnd:
         untopped = (
             np.maximum(self.inside.beyond(gear_points), self.gone_by.beyond(gear_points)) >= 0
         )
-        remains: Flags = below_tips & untopped & (self.cut.beyond(mate_points) >= 0)
-        return remains
+        return below_tips & untopped & (self.cut.beyond(mate_points) >= 0)
 
     def _measure_from_end(self, distance: Array) -> Array:
         """Return rolling lengths (n,) [m] at distances (n,) [m] from the end."""
@@ -464,6 +463,4 @@ def _inner_polygon(piece: Piece, sagitta: float) -> Array:
         tangents[concave + 1],
     )
     reach = cross_product(chord.T, end.T) / cross_product(start.T, end.T)
-    return np.asarray(
-        np.insert(points[:-1], concave + 1, points[concave] + reach[:, None] * start, axis=0)
-    )
+    return np.insert(points[:-1], concave + 1, points[concave] + reach[:, None] * start, axis=0)

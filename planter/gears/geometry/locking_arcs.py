@@ -290,4 +290,4 @@ def _project_axis(curve: PitchCurve, at: float, distance: float) -> Array:
     point's radius.
     """
     place = curve.at(np.array([at]))[[X, Y], 0]
-    return np.asarray(distance * place / np.hypot(*place))
+    return distance * place / np.hypot(*place)

@@ -53,17 +53,17 @@ class Piece:
 
     def curvature(self, s: Array) -> Array:
         """Return signed curvature (n,) [1/m] at parameters (n,)."""
-        return np.asarray(self.rows(s)[4])
+        return self.rows(s)[4]
 
     @property
     def start(self) -> Array:
         """The point (2,) at which the piece begins [m]."""
-        return np.asarray(self.at(np.zeros(1))[0])
+        return self.at(np.zeros(1))[0]
 
     @property
     def end(self) -> Array:
         """The point (2,) at which the piece ends [m]."""
-        return np.asarray(self.at(np.ones(1))[0])
+        return self.at(np.ones(1))[0]
 
     def part(self, low: float, high: float) -> Piece:
         """Return the part between two parameters."""

@@ -108,7 +108,7 @@ class PitchCurve:
     def arc(self, polar: Array) -> Array:
         """Return arc lengths (n,) [m] at polar angles (n,) [rad] of any turn."""
         turns = np.floor(polar / TURN)
-        return np.asarray(self.arc_within(polar - TURN * turns) + turns * self.length)
+        return self.arc_within(polar - TURN * turns) + turns * self.length
 
     def arc_within(self, polar: Array) -> Array:
         """Return arc lengths (n,) [m] at polar angles (n,) [rad] between those of its ends."""

@@ -52,8 +52,7 @@ class CamPageContent:
     @property
     def entries(self) -> Sequence[dict[str, str]]:
         """Name, unit and meaning of each result of the contour's functions."""
-        entries: Sequence[dict[str, str]] = self.sidecar["vectors"]["contour"]
-        return entries
+        return self.sidecar["vectors"]["contour"]
 
 
 @dataclass(frozen=True)

@@ -5,6 +5,7 @@ arm dwells.
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -59,7 +60,7 @@ def _check(machine: Pickup, request: GearOptions) -> None:
             raise InputError(f"{machine.source}: {message}")
 
 
-def _read_rack(machine: Pickup) -> dict[str, float]:
+def _read_rack(machine: Pickup) -> dict[str, Any]:
     """Return the rack of the file: different addenda belong to one shifted rack."""
     stage = machine.noncircular_stage
     mean, shift = (stage.ha1 + stage.ha2) / 2, (stage.ha1 - stage.ha2) / 2
