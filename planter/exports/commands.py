@@ -29,8 +29,8 @@ if TYPE_CHECKING:
 
 export = typer.Typer(
     help="Write a machine for other programs: C, FMI, tables.\n\n"
-    "MACHINE is a machine file, the file of a mechanism of your own, or a built-in machine. Of what "
-    "an angle drives, values with bounds are the design, the others the machine's data. What moves "
+    "MACHINE is a machine file, the file of a mechanism of your own, or a built-in machine. Of "
+    "what an angle drives, values with bounds are the design, the others the machine's data. What moves "
     "freely is written as x' = f(t, x, u, p) and y = g(t, x, u, p) with their derivatives.\n\n"
     "`planter derive FILE.py --target matlab|latex` writes a mechanism's equations for MATLAB, or "
     "as LaTeX.",

@@ -206,7 +206,7 @@ def build_rust_files(model: DynamicsModel) -> dict[str, str]:
         described += _describe_variables(symbol, variables)
     used = sorted(set(re.findall(r"libm::(\w+)\(", body)))
     lines = [
-        f"//! The dynamics of {model.name}: x' = f(t, x, u, p) and y = g(t, x, u, p), SI and radians.",
+        f"//! The dynamics of {model.name}: x' = f(t, x, u, p), y = g(t, x, u, p), SI and radians.",
         "//!",
         f"//! Written by planter {__version__}; do not edit. Matrices are row by row.",
         *(f"//! {line}" for line in described),
@@ -262,7 +262,7 @@ def _print_rust(function: ca.Function) -> str:
 
 # --- Python --------------------------------------------------------------------------------------
 
-_HEAD = '''"""The dynamics of {title}: x' = f(t, x, u, p) and y = g(t, x, u, p), in SI units and radians.
+_HEAD = '''"""The dynamics of {title}: x' = f(t, x, u, p), y = g(t, x, u, p), in SI units and radians.
 
 Written by planter {version}; do not edit. {about}
 """
@@ -274,15 +274,17 @@ Written by planter {version}; do not edit. {about}
 
 '''
 _JAX = """It needs JAX alone. `rates` returns x' and the least pivot of the
-constraints over the largest, near 0 where they depend on each other; `outputs_at` returns y. They take
-jax.jit, jax.vmap, jax.jacfwd; double precision needs jax.config.update("jax_enable_x64", True)."""
+constraints over the largest, near 0 where they depend on each other; `outputs_at` returns y. They
+take jax.jit, jax.vmap, jax.jacfwd; double precision needs
+jax.config.update("jax_enable_x64", True)."""
 _CASADI = """It needs CasADi {casadi} or newer, and {file} beside it.
 
     functions = load()
     xdot, pivot = functions["f"](0, START, U, P)
 
-Functions: f -> xdot, pivot; f_jacobian -> A, B, F; y -> y; y_jacobian -> C, D, G; curvature(t, x, u, p,
-weights, direction) -> derivative along the direction of the gradient of weights^T xdot by x, u, p.
+Functions: f -> xdot, pivot; f_jacobian -> A, B, F; y -> y; y_jacobian -> C, D, G;
+curvature(t, x, u, p, weights, direction) -> derivative along the direction of the gradient of
+weights^T xdot by x, u, p.
 Where pivot is near 0 the constraints that are kept, {constraints}, depend on each other."""
 _LOADER = '''def load():
     """Return the CasADi functions by name."""

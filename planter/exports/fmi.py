@@ -59,7 +59,7 @@ class Variable:
 
 @dataclass(frozen=True)
 class UnitModel:
-    """What a unit says of itself; `name` is a C identifier.
+    """Description of a unit; `name` is a C identifier.
 
     The reference of a variable is its index: `states`, inputs and parameters come first, then the
     rates of the states, then outputs, of which the last `events` are event indicators. The proposed
@@ -301,7 +301,7 @@ def _format_xml(root: Element) -> bytes:
     return ElementTree.tostring(root, "utf-8", xml_declaration=True) + b"\n"
 
 
-# --- sources, libraries, archives ------------------------------------------------------------------
+# --- sources, libraries, archives ----------------------------------------------------------------
 
 
 def complete_sources(

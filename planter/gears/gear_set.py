@@ -27,7 +27,7 @@ from planter.gears.geometry.intermittent_proof import (
     IncompleteGearCycle,
     LooseAngles,
 )
-from planter.gears.parts import AnyGear, GearPart, PartSettings, PlacedGear, check_parts
+from planter.gears.parts import GearPart, PartSettings, PlacedGear, check_parts
 from planter.gears.request import GearOptions, GearTurns, find_curve_path, load_pair
 from planter.gears.results import (
     FrictionCurves,
@@ -159,7 +159,7 @@ def make_gears(
     return write_gears(out, result, parts, gears.provenance, plots, scenes, gears.rubbing, progress)
 
 
-def place_gears(gears: Sequence[AnyGear], positions: Sequence[Array]) -> list[PlacedGear]:
+def place_gears(gears: Sequence[Gear], positions: Sequence[Array]) -> list[PlacedGear]:
     """Return both gears at their positions (3, 1): angle [rad] and axis [m]."""
     return [
         PlacedGear(gear, float(angle), (float(x), float(y)))
@@ -330,10 +330,10 @@ def _find_largest(angles: Array) -> float | None:
 
 def _summarise_incomplete_gear(gear: IncompleteGear) -> IncompleteCut:
     return IncompleteCut(
-        **_find_least(gear.row),
+        **_find_least(gear),
         name=gear.name,
         teeth=gear.z,
         area_mm2=float(shapely.Polygon(gear.points).area) * _MM**2,
-        pieces=len(gear.pieces),
+        pieces=len(gear.trimmed),
         joins_mm=gear.joins * _MM,
     )

@@ -1,6 +1,7 @@
 """Requests for gears: options, and pitch curves from files.
 
-A file of a pitch curve has the columns `polar_deg` and `radius_mm`, optionally with a prefix, `FILE:PREFIX`.
+A file of a pitch curve has the columns `polar_deg` and `radius_mm`, optionally with a prefix,
+`FILE:PREFIX`.
 """
 
 from __future__ import annotations
@@ -21,7 +22,6 @@ from planter.gears.geometry.pitch_curves import (
     PitchCurve,
     SampledRadius,
 )
-from planter.gears.options import Keep
 from planter.gears.parts import PartSettings
 from planter.gears.workshop.drawing import Bore, Keyway, find_standard_keyway
 from planter.kernels import Array
@@ -96,7 +96,7 @@ class GearOptions:
     explicit: frozenset[str] = frozenset()
     modules_mm: tuple[float | None, float | None] = (None, None)
     counts: tuple[int, ...] = ()
-    keep: Keep | None = None
+    keep: str | None = None
     changes: Mapping[str, float] = field(default_factory=dict)
     speed_rpm: float | None = None
 
@@ -198,11 +198,9 @@ def _check_turns(samples: SampledRadius, turns: int) -> None:
         nearer = samples.find_centre_distance(1 / turns)
         farther = samples.find_centre_distance(float(turns))
         raise InputError(
-            f"--turns {turns}: {samples.name} repeats {turns} times in a turn, so its mate may turn "
-            f"once in {turns} turns "
-            f"(axes {farther * 1e3:.6g} mm apart) or {turns} times in one ({nearer * 1e3:.6g} "
-            f"mm): give --turns "
-            f"{turns}:1 or --turns 1:{turns}"
+            f"--turns {turns}: {samples.name} repeats {turns} times in a turn, so its mate may "
+            f"turn once in {turns} turns (axes {farther * 1e3:.6g} mm apart) or {turns} times in "
+            f"one ({nearer * 1e3:.6g} mm): give --turns {turns}:1 or --turns 1:{turns}"
         )
 
 

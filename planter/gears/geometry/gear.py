@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -160,10 +160,11 @@ class Gear:
         s = pieces.start + share * (pieces.end - pieces.start)
         cut = Cut(np.empty((2, len(s))), np.empty((2, len(s))), np.empty(len(s)), np.empty(len(s)))
         # all pieces of a kind in one call, which costs more than its points
-        for kind, evaluate in enumerate(self._cutting):
-            index = np.flatnonzero(pieces.kind == kind)
+        for number, kind in enumerate(KINDS):
+            index = np.flatnonzero(pieces.kind == number)
             if len(index):
-                values = evaluate(s[index], pieces.flank[index], pieces.middle[index])
+                flank, towards = pieces.flank[index], pieces.middle[index]
+                values = self.flanks.cut(kind, s[index], flank, towards)
                 for rows, source in zip(vars(cut).values(), vars(values).values(), strict=True):
                     rows[..., index] = source
         return cut
@@ -179,12 +180,6 @@ class Gear:
         return Cut(
             *(rows.reshape(*rows.shape[:-1], count, len(shares)) for rows in vars(cut).values())
         )
-
-    @property
-    def _cutting(self) -> tuple[Callable[[Array, Integers, Array], Cut], ...]:
-        """Functions that evaluate each of KINDS."""
-        f, height = self.flanks, self.rack.sizes["tip"]
-        return (f.fillet, f.flank, lambda s, _, towards: f.equidistant(s, height, towards), f.root)
 
     @cached_property
     def _quadrature(self) -> tuple[Cut, Array]:

@@ -215,7 +215,7 @@ class RowMesh(Mesh):
     @classmethod
     def from_pair(cls, pair: IntermittentPair) -> RowMesh:
         """Return the mesh of the rows of teeth."""
-        return cls(pair.rolling.pair, pair.gear.row, pair.mate.row, pair)
+        return cls(pair.rolling.pair, pair.gear, pair.mate, pair)
 
     def places(self, at: Array) -> tuple[Array, Array]:
         """Return angle [rad] and axis [m] (3, n) of both gears at rolling lengths (n,) [m]."""

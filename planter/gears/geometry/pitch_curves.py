@@ -314,8 +314,9 @@ class SampledRadius:
         """Return the pair whose mate turns `mate_turns` times in `turns`, one of which is 1.
 
         The gear of the pair is always the faster one: with several `mate_turns` it is the mate.
-        Raises GeometryError if the curve has a corner, reaches its axis, is too steep for any teeth,
-        does not repeat as often as the mate turns, or has no centre distance that closes the mate.
+        Raises GeometryError if the curve has a corner, reaches its axis, is too steep for any
+        teeth, does not repeat as often as the mate turns, or has no centre distance that closes the
+        mate.
         """
         self._check_slope()
         self._check_repeats(mate_turns)
@@ -342,7 +343,7 @@ class SampledRadius:
             rates = ChebyshevPanels.fit(lambda t: self._ratios(t, distance)[:1], self.knots)
             return float(rates.integral(self.knots[-1:])[0, 0] - TURN / turns)
 
-        # Near the largest radius the ratio has a pole, so the bracket is searched from the other end.
+        # near the largest radius the ratio has a pole: the bracket is searched from the other end
         farther = high * (1 + turns) * (1 + _BRACKET_MARGIN)
         for gap in turns * 0.5 ** np.arange(1, MAX_HALVINGS + 1):
             nearer = high * (1 + gap)
@@ -423,8 +424,8 @@ class SampledRadius:
             worst = int(np.argmax(np.where(is_corner, turn, 0.0)))
             raise GeometryError(
                 f"{self.name}: the radius has a corner {self._describe_row(worst)}, "
-                f"where its direction changes by {np.degrees(turn[worst]):.3g} deg from row to row, "
-                "but hardly beside it; a pitch curve must be smooth: round the corner over several "
+                f"where its direction changes by {np.degrees(turn[worst]):.3g} deg from row to "
+                "row, but hardly beside it; a pitch curve must be smooth: round the corner over several "
                 "rows, or state more rows there"
             )
 

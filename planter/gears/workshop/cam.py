@@ -84,25 +84,21 @@ class Profile:
 
             yield Piece(kind, evaluate)
 
-    def find_smallest(self, column: str) -> ExtremePoint:
-        """Return the smallest value of a column over a turn, on both sides of every breakpoint."""
-        minima = (
-            extrema.find_minimum(lambda at: self.course(at)[column], at)
-            for at in self._sample_pieces()
-        )
+    def find_smallest(self, column: str, sign: float = 1.0) -> ExtremePoint:
+        """Return the smallest value of a column, times a sign, over a turn, on both sides of every
+        breakpoint.
+        """
+        inside = np.linspace(_END_OFFSET, 1 - _END_OFFSET, SAMPLES)
+        minima = []
+        for start, end in pairwise(self.breaks):
+            angles = start + (end - start) * inside
+            minima.append(extrema.find_minimum(lambda at: sign * self.course(at)[column], angles))
         return min(minima, key=lambda minimum: minimum.value)
 
     def find_largest(self, column: str) -> ExtremePoint:
         """Return the largest value of a column over a turn, on both sides of every breakpoint."""
-        maxima = (
-            extrema.find_maximum(lambda at: self.course(at)[column], at)
-            for at in self._sample_pieces()
-        )
-        return max(maxima, key=lambda maximum: maximum.value)
-
-    def _sample_pieces(self) -> list[Array]:
-        inside = np.linspace(_END_OFFSET, 1 - _END_OFFSET, SAMPLES)
-        return [start + (end - start) * inside for start, end in pairwise(self.breaks)]
+        opposite = self.find_smallest(column, -1.0)
+        return ExtremePoint(opposite.place, -opposite.value)
 
     def check_clearance(self) -> ExtremePoint:
         """Return the smallest margin against undercutting, 1 - radius / radius of curvature, and

@@ -13,7 +13,6 @@ from planter.errors import InputError
 from planter.gears.gear_set import GearSet, place_gears
 from planter.gears.geometry.cutting import ToothOrder
 from planter.gears.geometry.intermittent_gears import IntermittentPair, build_intermittent_pair
-from planter.gears.options import Keep
 from planter.gears.request import GearOptions
 from planter.papers.pickup import gears
 from planter.papers.pickup.file import Pickup, load_pickup
@@ -95,7 +94,7 @@ def _module(machine: Pickup, train: PickupTrain, request: GearOptions) -> float:
     module_mm, counts, arc = request.modules_mm[0], request.counts, train.arc
     if not counts:
         return float(train.teeth[0]) if module_mm is None else module_mm * 1e-3
-    if request.keep is Keep.module:
+    if request.keep == "module":
         raise InputError(
             f"{machine.source}: --keep module does not go with --teeth: the size follows from the "
             f"bars"

@@ -258,22 +258,22 @@ def test_step_without_motion_leaves_the_state(version: str) -> None:
 @needs_compiler
 @both_versions
 @pytest.mark.parametrize(
-    ("name", "known", "computed"), [(SLIDER, "speed", "F_Ox"), ("cart", "F", "der(s)")]
+    ("name", "tuned", "computed"), [(SLIDER, "speed", "F_Ox"), ("cart", "F", "der(s)")]
 )
-def test_state_is_saved_and_restored(name: str, known: str, computed: str, version: str) -> None:
+def test_state_is_saved_and_restored(name: str, tuned: str, computed: str, version: str) -> None:
     """In memory and as bytes, also by another instance; bytes of something else are refused."""
     with running(name, version) as instance, running(name, version) as other:
-        instance.set(**{known: 3.0})
+        instance.set(**{tuned: 3.0})
         instance.raw.doStep(0.0, 0.3)
-        then, saved = instance.get(known, computed), instance.raw.getFMUState()
+        then, saved = instance.get(tuned, computed), instance.raw.getFMUState()
         stored = instance.raw.serializeFMUState(saved)
-        instance.set(**{known: 6.0})
+        instance.set(**{tuned: 6.0})
         instance.raw.doStep(0.3, 0.2)
-        assert np.abs(np.subtract(instance.get(known, computed), then)).min() > 1e-3
+        assert np.abs(np.subtract(instance.get(tuned, computed), then)).min() > 1e-3
         instance.raw.setFMUState(saved)
-        assert instance.get(known, computed) == then
+        assert instance.get(tuned, computed) == then
         other.raw.setFMUState(other.raw.deserializeFMUState(stored))
-        assert other.get(known, computed) == then
+        assert other.get(tuned, computed) == then
         instance.raw.freeFMUState(saved)
         with pytest.raises(Refused):
             other.raw.deserializeFMUState(b"x" + stored[1:])
@@ -282,11 +282,11 @@ def test_state_is_saved_and_restored(name: str, known: str, computed: str, versi
 @needs_compiler
 @both_versions
 @pytest.mark.parametrize(
-    ("name", "known", "computed"), [(SLIDER, "speed", "phi"), ("cart", "s", "der(s)")]
+    ("name", "tuned", "computed"), [(SLIDER, "speed", "phi"), ("cart", "s", "der(s)")]
 )
-def test_invalid_request_is_refused(name: str, known: str, computed: str, version: str) -> None:
+def test_invalid_request_is_refused(name: str, tuned: str, computed: str, version: str) -> None:
     with running(name, version) as instance:
-        for wrong in ({known: float("nan")}, {computed: 1.0}):
+        for wrong in ({tuned: float("nan")}, {computed: 1.0}):
             with pytest.raises(Refused):
                 instance.set(**wrong)
         with pytest.raises(Refused):

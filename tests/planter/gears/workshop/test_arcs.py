@@ -10,7 +10,7 @@ import pytest
 
 from planter.errors import ComputationError
 from planter.gears.geometry.pieces import Piece
-from planter.gears.workshop.arcs import Arcs, build_circle, fit_arcs, sample_outline
+from planter.gears.workshop.arcs import Arcs, build_circle, fit_arcs, tabulate_outline
 from planter.kernels import Array
 from tests.support.outlines import Lobes, between, lobes, sampled
 
@@ -112,16 +112,15 @@ def test_open_curve_ends_at_the_last_vertex() -> None:
     np.testing.assert_array_equal(arcs.points(1e-3)[[0, -1]], SQUARE[[0, -1]])
 
 
-def test_sampled_outline_agrees_with_pieces() -> None:
-    pieces = lobes(5)
-    arcs = sample_outline(pieces, 64)
+def test_table_of_an_outline_agrees_with_its_pieces() -> None:
+    columns = tabulate_outline(lobes(5), 64)
     ends = np.cumsum([Lobes(*angles).length for angles in pairwise(np.linspace(0, 2 * np.pi, 6))])
-    np.testing.assert_allclose(arcs.length[arcs.piece == 4][-1], ends[-1], rtol=1e-8)
-    np.testing.assert_allclose(arcs.length[64::65], ends, rtol=1e-8)
-    tangents = np.diff(arcs.place[arcs.piece == 2], axis=0)
-    across = arcs.normal[arcs.piece == 2][:-1] + arcs.normal[arcs.piece == 2][1:]
+    np.testing.assert_allclose(columns["arc_length_mm"][64::65], 1e3 * ends, rtol=1e-8)
+    places = np.column_stack([columns["x_mm"], columns["y_mm"]]) / 1e3
+    normals = np.column_stack([columns["normal_x"], columns["normal_y"]])
+    tangents, across = np.diff(places[130:195], axis=0), normals[130:194] + normals[131:195]
     assert np.abs((tangents * across).sum(axis=1)).max() < 1e-3 * np.hypot(*tangents.T).max()
-    outwards = arcs.place + 1e-6 * arcs.normal
+    outwards = places + 1e-6 * normals
     assert (EXACT.off(outwards) > 5e-7).all()
     radius = np.hypot(*outwards.T)
     assert (radius > EXACT.polar(np.arctan2(outwards[:, 1], outwards[:, 0]))[0]).all()
