@@ -117,7 +117,7 @@ class Flanks:
     @cached_property
     def centre(self) -> Array:
         """Arc lengths of the teeth's centres."""
-        return self.phase + self.rack.pitch * self.tooth
+        return self.phase + self.rack.pitch * self.tooth.astype(float)
 
     @cached_property
     def xi(self) -> Array:

@@ -161,7 +161,7 @@ class Mesh:
     @property
     def contact_ratios(self) -> Array:
         """Contact ratio of each of `pairs`."""
-        return sum(self.arcs) / self.pitch
+        return (self.arcs[0] + self.arcs[1]) / self.pitch
 
     @property
     def laps(self) -> Array:

@@ -216,7 +216,8 @@ def test_faster_mate_closes_at_its_distance(tmp_path: Path) -> None:
     assert stage["perimeter_mm"][1] == pytest.approx(2 * stage["perimeter_mm"][0], rel=1e-11)
     assert stage["transmission_error_rad"] < 1e-11
     assert stage["overlap_mm2"] < 1e-9
-    pair, slower = (load_pair(file, None, GearTurns(*turns)) for turns in ((1, 2), (2, 1)))
+    pair = load_pair(file, None, GearTurns(1, 2))
+    slower = load_pair(file, None, GearTurns(2, 1, is_stated=True))
     assert slower.distance > 0.1
     assert slower.mate.length == pytest.approx(2 * slower.gear.length, rel=1e-11)
     rows = pair.mate.at(np.linspace(0, pair.mate.length, 900, endpoint=False))
