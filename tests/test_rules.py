@@ -138,7 +138,7 @@ WRITING = {
     "kernels/toolchain.py": "a scratch folder",
     "exports/co_simulation.py": "a scratch folder",
     "studio/session.py": "a scratch folder",
-    "rows/sweeps/job.py": "a database that --overwrite replaces",
+    "rows/job.py": "a database that --overwrite replaces",
 }
 """Modules that write something, and what."""
 

@@ -1,4 +1,4 @@
-"""Command of tolerances."""
+"""Commands of sweeps and tolerances."""
 
 from __future__ import annotations
 
@@ -28,7 +28,76 @@ from planter.report.writing import writes_files
 
 app = typer.Typer()
 
-HELP = """Compute how tolerances spread a machine's results.
+SWEEP_HELP = """Evaluate a machine over ranges of its inputs.
+
+The result has a table of rows, the envelope of every output, and maps.
+
+PLAN is a TOML file:
+
+\b
+    machine = "wang2017"            # a file or a built-in name, or a list of them
+    scheme = "grid"                 # grid, sobol or latin
+    outputs = ["support_range_N", "M_L_max_Nm"]
+    [inputs]
+    model = ["exact", "printed"]
+    speed_rpm = { from = 35, to = 45, steps = 11 }
+    "mass.planet_kg" = [1.1, 1.2, 1.3]
+
+The schemes sobol and latin need `points`, and may have a `seed`; their ranges have no steps. `[[map]]` tables with
+x, y and output choose the maps that are drawn. --list MACHINE lists all inputs and outputs.
+
+Rows are computed in chunks of 10000. With --out finished chunks are saved: run the same command again to resume.
+Results are the same for any number of workers. From 20000 rows on, all cores are used.
+
+\b
+    planter sweep docs/examples/sweep_speed.toml --out run
+    planter sweep plan.toml --cluster tcp://host:8786
+"""
+
+
+@app.command(help=SWEEP_HELP)
+@writes_files("summary.json", "rows.csv", "rows.parquet", "report.html")
+def sweep(
+    plan: Annotated[
+        Path | None, typer.Argument(metavar="PLAN", help="a plan (TOML)", show_default=False)
+    ] = None,
+    listed: Annotated[
+        str | None,
+        typer.Option(
+            "--list",
+            metavar="MACHINE",
+            help="list the inputs and outputs of a machine",
+            show_default=False,
+        ),
+    ] = None,
+    workers: WorkersOption = None,
+    cluster: ClusterOption = None,
+    as_json: JsonOption = False,
+    out: OutOption = None,
+) -> None:
+    console = Console(as_json)
+    with console.outcome():
+        from planter.rows.points import load_plan
+        from planter.rows.sweep import PARQUET_HINT, has_parquet
+        from planter.rows.sweep_presentation import compute_sweep, list_inputs, present_inputs
+        from planter.task import Means
+
+        if (plan is None) == (listed is None):
+            raise InputError("name either a PLAN or --list MACHINE")
+        if listed is not None:
+            refuse_unused("with --list", "--workers", "--cluster", "--out")
+            present_inputs(list_inputs(listed)).show(console)
+            return
+        assert plan is not None
+        presentation = compute_sweep(
+            load_plan(plan), out, Means(workers, cluster), console.progress
+        )
+        if out is not None and not has_parquet():
+            console.say(PARQUET_HINT)
+        presentation.show(console)
+
+
+TOLERANCE_HELP = """Compute how tolerances spread a machine's results.
 
 The result has bands, the inputs that matter, what half of each tolerance buys, and a robust design. Bands are those of
 machines with random values within the tolerances (Monte Carlo). Sobol' indices give the share of an output's variance
@@ -53,7 +122,7 @@ lists all inputs and outputs. With --out finished work is saved: run the same co
 """
 
 
-@app.command(help=HELP)
+@app.command(help=TOLERANCE_HELP)
 @writes_files("summary.json", "tolerances.toml", "report.html")
 def tolerance(
     machine: Annotated[str, typer.Argument(help="machine file, or name of a built-in machine")],
@@ -115,15 +184,15 @@ def tolerance(
     console = Console(as_json)
     with console.outcome():
         from planter.report.folder import renew_files
-        from planter.rows.sweeps.adapter import ResolvedMachine
-        from planter.rows.tolerance.analysis import (
+        from planter.rows.adapter import ResolvedMachine
+        from planter.rows.robust import Settings
+        from planter.rows.tolerance_analysis import (
             ToleranceRequest,
             Tolerances,
             analyse_tolerances,
             default_tolerances,
         )
-        from planter.rows.tolerance.presentation import present_tolerance
-        from planter.rows.tolerance.robust import Settings
+        from planter.rows.tolerance_presentation import present_tolerance
         from planter.task import Means
 
         if not robust:

@@ -9,8 +9,8 @@ from matplotlib.axes import Axes
 from matplotlib.collections import FillBetweenPolyCollection, QuadMesh
 
 from planter.kernels import Array
-from planter.rows.sweeps.figures import SweepData, draw_envelope, draw_map
-from planter.rows.sweeps.plan import Axis, Grid, UnitCubePoints, draw_latin, to_axis_table
+from planter.rows.points import Axis, Grid, UnitCubePoints, draw_latin, to_axis_table
+from planter.rows.sweep_presentation import SweepData, draw_envelope, draw_map
 
 SPEED = {"from": 35, "to": 45, "steps": 61}
 MASS = [1.0, 1.1, 1.4]

@@ -31,9 +31,8 @@ from planter.numerics.arrays import LastCallCache
 from planter.numerics.latin_hypercube import draw_latin_hypercube
 from planter.numerics.statistics import Statistic
 from planter.progress import Listener, ProgressPhase
-from planter.rows.sweeps.plan import SobolSequence
-from planter.rows.tolerance.job import Spread
-from planter.rows.tolerance.results import RobustFound
+from planter.rows.points import SobolSequence, Spread
+from planter.rows.results import RobustFound
 
 ROUNDING = 1e-12
 """Share of the mean below which a standard deviation is rounding and has no slope."""

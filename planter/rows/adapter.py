@@ -4,8 +4,8 @@ package of machines.
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import cached_property
 from importlib import import_module
 from pathlib import Path
@@ -13,8 +13,10 @@ from types import ModuleType
 from typing import Any
 
 from planter import paths
+from planter.engine.goal import Goal, resolve_limit, resolve_measure
+from planter.engine.limits import MeasureLimits
 from planter.engine.machine import Machine
-from planter.engine.measures import parse_distance
+from planter.engine.measures import Limit, Measure, parse_distance, parse_limit, parse_sum
 from planter.engine.outputs import (
     SampledOutputs,
     find_output,
@@ -24,13 +26,15 @@ from planter.engine.outputs import (
 from planter.errors import InputError
 from planter.files.document import Document
 from planter.files.kinds import find_kind, load_part
+from planter.rows.points import Spread
+from planter.rows.robust import RobustGoal, Settings
 from planter.text_files import hash_file
 
 Ends = Mapping[str, tuple[float, float]]
 """Two ends of inputs, by path."""
 
 
-class SweepAdapter(ABC):
+class MachineAdapter:
     """Adapter of a kind of machines: inputs are their values, outputs measures of their quantities.
 
     The modules `file` and `machines` of the package load files and build machines. All values are
@@ -56,13 +60,26 @@ class SweepAdapter(ABC):
         built: Machine = self._import_module("machines").build_machine(machine)
         return built
 
-    @abstractmethod
     def frozen(self, machine: Any) -> dict[str, Any]:
-        """Return a description of the file, fit for JSON, from which `thaw` restores it."""
+        """Return a description of the file, fit for JSON, from which `thaw` restores it: its path,
+        since it may name other files, its changed numbers, and its table, which must not change.
+        """
+        path, numbers = Path(machine.source), machine.numbers()
+        return {
+            "source": str(path.resolve()) if path.is_file() else machine.source,
+            "changes": {name: numbers[name] for name in machine.changed if name in numbers},
+            "table": machine.table(),
+        }
 
-    @abstractmethod
     def thaw(self, frozen: Mapping[str, Any]) -> Document:
-        """Return the file that `frozen` describes."""
+        """Return the file that `frozen` describes. Raises InputError if it has changed."""
+        document = self.load(frozen["source"], frozen["changes"])
+        if document.table() != frozen["table"]:
+            raise InputError(
+                f"{frozen['source']}: the file has changed since the command started; run the "
+                f"command again"
+            )
+        return document
 
     def default_outputs(self, machine: Any) -> Sequence[str]:
         """Return the names of the outputs of a plan that names none: the objective of the
@@ -102,6 +119,50 @@ class SweepAdapter(ABC):
                 if name in stated:
                     document.with_numbers({name: ends[end]})
         return SampledOutputs(self.build(document), tuple(inputs), outputs)
+
+    def build_robust(
+        self,
+        machine: Any,
+        choices: Mapping[str, str],
+        spreads: Mapping[str, Spread],
+        settings: Settings,
+    ) -> RobustGoal | None:
+        """Return a sum of measures over machines within tolerances; None without a sum or without
+        design variables.
+
+        The sum, its limits and the design variables are those of the file or of the settings.
+        Raises InputError if the settings state a search without a sum or without design variables.
+        """
+        built = self.build(machine).with_ranges(settings.ranges)
+        terms, limits, samples = self.read_goal(machine)
+        if settings.sum_text is not None:
+            terms = [resolve_measure(built, measure) for measure in parse_sum(settings.sum_text)]
+        limits = [*limits, *(resolve_limit(built, parse_limit(text)) for text in settings.holds)]
+        if not terms or not built.moved:
+            if not settings.is_stated:
+                return None
+            missing = (
+                "values to search in: give --vary PATH=LOW:HIGH"
+                if terms
+                else "sum to minimise: give --least SUM"
+            )
+            raise InputError(f"{built.source}: the robust design has no {missing}")
+        bounds = MeasureLimits(Goal(built, (), limits)) if limits else None
+        return RobustGoal(
+            replace(built, objective=tuple(terms)), spreads, settings, samples, bounds
+        )
+
+    def read_goal(self, machine: Any) -> tuple[Sequence[Measure], Sequence[Limit], int]:
+        """Return the sum of measures that a file minimises, its limits, and samples.
+
+        Raises InputError for measures of unknown quantities.
+        """
+        built = self.build(machine)
+        return (
+            [resolve_measure(built, measure) for measure in built.objective],
+            [resolve_limit(built, limit) for limit in built.limits],
+            built.objective_samples,
+        )
 
 
 class ResolvedMachine:

@@ -14,16 +14,16 @@ from pathlib import Path
 import psutil
 import pytest
 
-from planter.rows.sweeps.job import CHUNK, Recipe
+from planter.rows.job import CHUNK, Recipe
 
 pytestmark = pytest.mark.fault
-ROOT = Path(__file__).parents[4]
+ROOT = Path(__file__).parents[3]
 ROWS = 12 * CHUNK
 FOUND = """\
 import json, sys
 from pathlib import Path
 from planter.task import Means
-from planter.rows.sweeps import job
+from planter.rows import job
 recipe = job.Recipe(**json.load(sys.stdin))
 with job.Store(Path(sys.argv[1]), recipe.question, int(sys.argv[2]), int(sys.argv[3])) as kept:
     done = job.run_job(recipe, kept, Means(2))
@@ -106,7 +106,7 @@ class Killed:
 @pytest.fixture(scope="module")
 def counted(tmp_path_factory: pytest.TempPathFactory) -> Killed:
     """Of a job that takes no time but what it waits."""
-    recipe = Recipe("tests.planter.rows.sweeps.toys:Squares", {"rows": ROWS, "wait": 0.02})
+    recipe = Recipe("tests.planter.rows.toys:Squares", {"rows": ROWS, "wait": 0.02})
     return Killed(tmp_path_factory.mktemp("counted"), recipe, width=2)
 
 

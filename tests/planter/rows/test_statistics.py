@@ -7,13 +7,13 @@ import pytest
 from scipy import stats
 
 from planter.errors import ComputationError
-from planter.rows.tolerance.analysis import (
+from planter.rows.points import HalvedTolerances, Saltelli, Spread, draw_points
+from planter.rows.tolerance_analysis import (
     compute_bands,
     compute_indices,
     compute_tightening,
     first_order_std,
 )
-from planter.rows.tolerance.job import HalvedTolerances, Saltelli, Spread, draw_points
 
 LAWS = {
     "uniform": stats.uniform(2, 6),

@@ -17,10 +17,10 @@ from planter.engine.summary import summarise_machine
 from planter.errors import InputError
 from planter.files import examples
 from planter.kernels import backends
-from planter.rows.sweeps.adapter import ResolvedMachine
-from planter.rows.tolerance.job import Spread
-from planter.rows.tolerance.results import RobustFound
-from planter.rows.tolerance.robust import Settings, find_robust
+from planter.rows.adapter import ResolvedMachine
+from planter.rows.points import Spread
+from planter.rows.results import RobustFound
+from planter.rows.robust import Settings, find_robust
 
 CASES = {
     "shi2021": (("linkage.crank_mm", "linkage.rod_mm"), "M_link_max_Nm"),

@@ -16,8 +16,8 @@ from planter.engine.measures import parse_limit, parse_sum
 from planter.errors import ComputationError
 from planter.kernels import backends
 from planter.mechanism.machines import build_machine
-from planter.rows.tolerance.job import Spread
-from planter.rows.tolerance.robust import RobustGoal, Settings, find_robust
+from planter.rows.points import Spread
+from planter.rows.robust import RobustGoal, Settings, find_robust
 from tests.support import own
 
 ANGLES = 24

@@ -19,15 +19,15 @@ from planter.errors import InputError
 from planter.kernels import Array
 from planter.progress import Listener, ProgressPhase
 from planter.report import folder
-from planter.rows.sweeps.adapter import (
+from planter.rows.adapter import (
+    MachineAdapter,
     ResolvedMachine,
-    SweepAdapter,
     find_full_name,
     resolve_source,
 )
-from planter.rows.sweeps.job import Recipe, Store
-from planter.rows.sweeps.plan import Axis, Plan, Points
-from planter.rows.sweeps.results import SweepExtent
+from planter.rows.job import Recipe, Store
+from planter.rows.points import Axis, Plan, Points
+from planter.rows.results import SweepExtent
 
 PARQUET_HINT = (
     "rows.parquet is not written, rows.csv has the same rows; for Parquet: pip install "
@@ -263,7 +263,7 @@ class PlanJob:
         """Prepare the job; `curves`, hashes of files that outputs need, distinguish it from jobs
         with other files.
         """
-        self._adapter: SweepAdapter = import_module(module).ADAPTER
+        self._adapter: MachineAdapter = import_module(module).ADAPTER
         self._machines, self._outputs = machines, outputs
         spec = Plan.read(plan, plan.get("name", "plan"))
         self.points, axes = spec.sample_points, list(spec.axes.values())

@@ -5,8 +5,8 @@ import pytest
 from scipy.stats import qmc
 
 from planter.errors import InputError
-from planter.rows.sweeps.job import CHUNK
-from planter.rows.sweeps.plan import Axis, Grid, Plan, SobolSequence, UnitCubePoints, draw_latin
+from planter.rows.job import CHUNK
+from planter.rows.points import Axis, Grid, Plan, SobolSequence, UnitCubePoints, draw_latin
 
 RANGE, LISTED = Axis.model_validate({"from": -2, "to": 6}), Axis(values=(1.0, 4.0, 9.0))
 TEXTS = Axis(values=("red", "blue"))

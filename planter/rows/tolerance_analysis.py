@@ -6,10 +6,11 @@ from __future__ import annotations
 
 import hashlib
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
 from functools import cached_property
+from importlib import import_module
 from pathlib import Path
 from typing import Annotated, Any, Self
 
@@ -32,13 +33,18 @@ from planter.kernels import Array
 from planter.paths import last_part
 from planter.progress import Listener
 from planter.report import folder
-from planter.rows.sweeps.adapter import ResolvedMachine
-from planter.rows.sweeps.job import Recipe, open_store, run_job
-from planter.rows.tolerance import job
-from planter.rows.tolerance.adapter import MachineAdapter
-from planter.rows.tolerance.job import Kind, Spread
-from planter.rows.tolerance.results import Band, Share, Tightening, Toleranced, ToleranceFound
-from planter.rows.tolerance.robust import Settings, find_robust
+from planter.rows.adapter import MachineAdapter, ResolvedMachine
+from planter.rows.job import Recipe, open_store, run_job
+from planter.rows.points import (
+    HalvedTolerances,
+    Kind,
+    Saltelli,
+    Spread,
+    UnitCubePoints,
+    draw_points,
+)
+from planter.rows.results import Band, Share, Tightening, Toleranced, ToleranceFound
+from planter.rows.robust import Settings, find_robust
 from planter.task import AUTO, Means
 from planter.text_files import read_toml
 
@@ -263,6 +269,40 @@ tolerances.
 """
 
 
+class ToleranceJob:
+    """Job of the outputs of a machine at points within its tolerances."""
+
+    def __init__(
+        self,
+        module: str,
+        machine: Mapping[str, Any],
+        choices: Mapping[str, str],
+        spreads: Mapping[str, Any],
+        outputs: Sequence[str],
+        drawn: Mapping[str, int],
+        curves: Mapping[str, str] | None = None,
+    ) -> None:
+        """Build the machine; `curves`, hashes of files that outputs need, distinguish jobs with
+        other files.
+        """
+        distributions = {name: Spread(*entry) for name, entry in spreads.items()}
+        ends = {name: spread.ends for name, spread in distributions.items()}
+        adapter: MachineAdapter = import_module(module).ADAPTER
+        self.subject = adapter.subject(machine, choices, ends, outputs)
+        kinds: dict[str, Callable[..., UnitCubePoints]] = {
+            "rows": draw_points,
+            "base": Saltelli,
+            "machines": HalvedTolerances,
+        }
+        (kind,) = kinds.keys() & drawn.keys()
+        self.points = kinds[kind](tuple(distributions.values()), **drawn)
+        self.rows, self.width = self.points.rows, len(outputs)
+
+    def chunk(self, start: int, stop: int, threads: int) -> Array:
+        """Return the outputs at the points from `start` to `stop`, (stop - start, width)."""
+        return self.subject.evaluated(self.points.block(start, stop), threads)
+
+
 @dataclass(frozen=True)
 class ToleranceRequest:
     """Request of an analysis: outputs, number of random machines, points of the indices (a power of
@@ -308,7 +348,7 @@ class ToleranceCase:
         """
         resolved = self.resolved
         return Recipe(
-            f"{job.__name__}:{job.ToleranceJob.__name__}",
+            f"{__name__}:{ToleranceJob.__name__}",
             {
                 "module": resolved.module,
                 "machine": resolved.adapter.frozen(resolved.machine),

@@ -18,13 +18,14 @@ from planter.report import files, style
 from planter.report.html import Block, Cell, KeyFigure, Keys, Section, Table, Text
 from planter.report.labels import format_label, label_axis
 from planter.report.presentation import MOST_KEY_FIGURES, ResultPresentation
-from planter.rows.tolerance.analysis import ToleranceAnalysis
-from planter.rows.tolerance.job import draw_points
-from planter.rows.tolerance.results import Band, RobustFound, Share, ToleranceFound, rank_shares
+from planter.rows.points import draw_points
+from planter.rows.results import Band, RobustFound, Share, ToleranceFound, rank_shares
+from planter.rows.tolerance_analysis import ToleranceAnalysis
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+
 
 PANELS = 3
 BARS = 8

@@ -9,15 +9,15 @@ import pytest
 
 from planter.errors import ComputationError, InputError, Interrupted
 from planter.progress import Progress
-from planter.rows.sweeps import job
-from planter.rows.sweeps.job import CHUNK, Recipe, Store
+from planter.rows import job
+from planter.rows.job import CHUNK, Recipe, Store
 from planter.task import AUTO, Means
 
 ROWS = 3 * CHUNK + 7
 
 
 def squares(**more: object) -> Recipe:
-    return Recipe("tests.planter.rows.sweeps.toys:Squares", {"rows": ROWS, **more})
+    return Recipe("tests.planter.rows.toys:Squares", {"rows": ROWS, **more})
 
 
 def answered(
@@ -49,7 +49,7 @@ def test_rows_are_equal_for_any_workers(monkeypatch: pytest.MonkeyPatch) -> None
 
 def test_small_job_starts_no_worker(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(job, "Jobs", pytest.fail)
-    recipe = Recipe("tests.planter.rows.sweeps.toys:Squares", {"rows": job.FEWEST - 1})
+    recipe = Recipe("tests.planter.rows.toys:Squares", {"rows": job.FEWEST - 1})
     with Store(None, recipe.question, job.FEWEST - 1, 2) as store:
         assert job.run_job(recipe, store, Means(8)).workers == 0
 
