@@ -43,8 +43,9 @@ PARSERS = {"tomllib", "json", "np", "numpy", "pickle", "yaml", "pandas", "io", "
 READING = {
     "text_files.py": "the door",
     "audit/numbers.py": "printed numbers of installed rooms",
-    "cli/bench/tasks.py": "copies this program itself",
-    "cli/commands.py": "references of installed packages, topics of this program",
+    "cli/benchmark.py": "copies this program itself",
+    "cli/commands.py": "topics of this program",
+    "cli/references.py": "references of installed packages",
     "report/folder.py": "the lock of a folder, opened without following links",
     "files/examples.py": "files that installed rooms bring",
     "exports/co_simulation.py": (

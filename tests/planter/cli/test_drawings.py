@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from matplotlib.text import Text
 
-from planter.cli.explain.machine import draw_sheets, explain_machine
+from planter.cli.explanation import draw_sheets, explain_machine
 from planter.engine.machine import load_machine
 from planter.report.sheet import Angle, Length, Sheet, Spot, draw_figure
 from tests.support import own

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from planter import paths, plugins
-from planter.cli.difference.results import (
+from planter.cli.results import (
     ComparedCurve,
     ComparedMachine,
     ComparedRequirement,

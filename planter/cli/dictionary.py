@@ -14,7 +14,7 @@ from pydantic.fields import FieldInfo
 
 from planter import paths, plugins
 from planter.audit import verdicts
-from planter.cli.explain.results import DefiningEquation, Explained, KnownNames, Meaning
+from planter.cli.results import DefiningEquation, Explained, KnownNames, Meaning
 from planter.engine.machine import describe_vector
 from planter.errors import InputError
 from planter.files import fields, schema, units

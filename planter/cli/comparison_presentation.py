@@ -12,13 +12,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planter.cli.difference.comparison import (
+from planter.cli.comparison import (
     MARGIN,
     DesignComparison,
     find_objective_owner,
     list_main_results,
 )
-from planter.cli.difference.results import (
+from planter.cli.results import (
     ComparedCurve,
     ComparedRequirement,
     ComparedResult,
@@ -33,6 +33,7 @@ from planter.report.presentation import ResultPresentation
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
 
 MOST_LOADS = 12
 """Forces, torques and powers in the main table; the page has all results that differ."""

@@ -9,7 +9,7 @@ import casadi as ca
 import pytest
 
 import planter
-from planter.cli.doctor.commands import EXTRAS
+from planter.cli.installation import EXTRAS
 from planter.kernels import backends, toolchain
 from tests.support.cli import answer, run
 from tests.support.lanes import needs_compiler
@@ -23,7 +23,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def test_extras_are_those_of_users_in_pyproject() -> None:
-    text = (Path(__file__).parents[4] / "pyproject.toml").read_text(encoding="utf-8")
+    text = (Path(__file__).parents[3] / "pyproject.toml").read_text(encoding="utf-8")
     extras = tomllib.loads(text)["project"]["optional-dependencies"]
     assert EXTRAS.keys() == extras.keys() - {"lab", "test", "bench", "docs", "dev"}
     installed = {name: find_spec(module) is not None for name, module in EXTRAS.items()}

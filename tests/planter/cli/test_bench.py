@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from planter.cli.bench import tasks
-from planter.cli.bench.results import QUICK_WORKS, WORKS
-from planter.cli.bench.ways import BUILDERS, TimedCycle, build_virtual_machine
+from planter.cli import benchmark
+from planter.cli.benchmark import TimedCycle
+from planter.cli.results import QUICK_WORKS, WORKS
 from planter.errors import ComputationError
 from planter.kernels import Array
 from planter.workers import python_command
@@ -44,14 +44,14 @@ def test_quick_benchmark_has_the_keys_of_the_contract(tmp_path: Path) -> None:
 def test_ways_agree_with_planter(work: str, cycle: TimedCycle) -> None:
     arrays = ["numpy", "lambdify", *(["jax"] if find_spec("jax") else [])]
     ways = ["lanes", "casadi-vm", *([] if work == "hessian" else arrays)]
-    calls = {way: BUILDERS[way](cycle, work) for way in ways}
+    calls = {way: cycle.call(way, work) for way in ways}
     designs = cycle.draw_designs(np.random.default_rng(7), 3)
-    tasks.check_agreement(work, calls, [designs] if work == "batch" else list(designs))
+    benchmark.check_agreement(work, calls, [designs] if work == "batch" else list(designs))
 
 
 @pytest.mark.parametrize("work", PLACES)
 def test_small_error_ends_the_benchmark(work: str, cycle: TimedCycle) -> None:
-    call = build_virtual_machine(cycle, work)
+    call = cycle.call("casadi-vm", work)
 
     def tampered(x: Array) -> object:
         parts = list(call(x)) if work == "cycle+gradient" else [call(x)]
@@ -60,17 +60,17 @@ def test_small_error_ends_the_benchmark(work: str, cycle: TimedCycle) -> None:
 
     designs = list(cycle.draw_designs(np.random.default_rng(1), 2))
     with pytest.raises(ComputationError, match=f"{work.replace('+', '.')}: other is off"):
-        tasks.check_agreement(work, {"casadi-vm": call, "other": tampered}, designs)
+        benchmark.check_agreement(work, {"casadi-vm": call, "other": tampered}, designs)
 
 
 def test_ways_take_turns_and_every_input_is_new() -> None:
     seen: list[tuple[str, int]] = []
     calls = {name: lambda x, name=name: seen.append((name, x)) for name in ("a", "b")}
     inputs: Iterator[int] = itertools.count()
-    task = tasks.time_task("cycle", calls, inputs, "b")
+    task = benchmark.time_task("cycle", calls, inputs, "b")
     numbers = [number for _, number in seen]
     assert len(set(numbers)) == len(numbers)
-    assert [way.calls for way in task.ways] == [tasks.ROUNDS * tasks.MOST_CALLS] * 2
+    assert [way.calls for way in task.ways] == [benchmark.ROUNDS * benchmark.MOST_CALLS] * 2
     assert task.ways[0].ratio == task.ways[0].median_us / task.ways[1].median_us
     names = [name for name, _ in itertools.groupby(name for name, _ in seen[4:])]
     assert names[:5] == ["a", "b", "a", "b", "a"]
@@ -78,4 +78,4 @@ def test_ways_take_turns_and_every_input_is_new() -> None:
 
 def test_new_process_that_fails_is_named() -> None:
     with pytest.raises(ComputationError, match="ended with 1: ValueError: why"):
-        tasks.run_process(python_command("raise ValueError('why')"))
+        benchmark.run_process(python_command("raise ValueError('why')"))

@@ -10,8 +10,8 @@ from typing import Any
 
 import pytest
 
-from planter.cli.explain import dictionary
-from planter.cli.explain.machine import explain_machine, find_meanings
+from planter.cli import dictionary
+from planter.cli.explanation import explain_machine, find_meanings
 from planter.errors import InputError
 from planter.files import schema, units
 from planter.kernels import generated

@@ -6,16 +6,14 @@ import os
 import platform
 from importlib import metadata
 from importlib.util import find_spec
-from typing import Annotated
 
-import typer
-
-from planter.cli.doctor.results import Examination, KernelFound
-from planter.report.console import Console
-from planter.report.options import JsonOption
+from planter.cli.results import Examination, KernelFound
+from planter.engine.response import MachineResponse
+from planter.kernels import backends, toolchain
+from planter.kernels.compiler import CompilerError, find_compiler
+from planter.papers.planting import machines
 from planter.version import __version__
 
-app = typer.Typer()
 MACHINE = "wang2017"
 EXTRAS = {
     "derive": "sympy",
@@ -30,36 +28,8 @@ EXTRAS = {
 """Extras of pyproject.toml for users, each with a module that it alone brings."""
 
 
-@app.command()
-def doctor(
-    build: Annotated[
-        bool, typer.Option("--build", help="compile the functions of the built-in machine first")
-    ] = False,
-    as_json: JsonOption = False,
-) -> None:
-    """Show what is installed, and what would make it faster."""
-    console = Console(as_json)
-    with console.outcome():
-        result = examine_installation(build)
-        facts = result.versions | {"compiler": result.compiler, "cache": result.cache}
-        kernels = [(kernel.name, kernel.way, kernel.compiled) for kernel in result.kernels]
-
-        def print_tables() -> None:
-            console.table("This installation", ["", "result"], list(facts.items()))
-            console.table(f"Functions of {MACHINE}", ["function", "way", "compiled"], kernels)
-            title = "Optional parts: pip install 'planter[NAME]'"
-            console.table(title, ["name", "installed"], list(result.extras.items()))
-            console.table("What would help", ["missing", "what to do"], list(result.advice.items()))
-
-        console.result(result, print_tables)
-
-
 def examine_installation(build: bool = False) -> Examination:
     """Return what is installed and what is missing; compiles functions only with `build`."""
-    from planter.engine.response import MachineResponse
-    from planter.kernels import backends, toolchain
-    from planter.kernels.compiler import CompilerError, find_compiler
-    from planter.papers.planting import machines
 
     response = MachineResponse(machines.load(MACHINE, {}), ["support"])
     kernels = [response.prologue_kernel, response.values_kernel, response.slopes_kernel]

@@ -11,9 +11,9 @@ from typing import Any
 
 import pytest
 
-from planter.cli.difference.comparison import ComparedDesign, ComparisonOptions, compare_machines
-from planter.cli.difference.presentation import draw_comparison
-from planter.cli.difference.results import ComparedCurve
+from planter.cli.comparison import ComparedDesign, ComparisonOptions, compare_machines
+from planter.cli.comparison_presentation import draw_comparison
+from planter.cli.results import ComparedCurve
 from planter.engine.machine import load_machine
 from planter.engine.measures import parse_limit
 from planter.files import examples
