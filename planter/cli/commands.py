@@ -36,13 +36,14 @@ from planter.report.options import (
     ModelName,
     ModelOption,
     OutOption,
+    OverwriteOption,
     SetOption,
     SpeedOption,
     list_allowed,
     parse_changes,
     refuse_unused,
+    writes_files,
 )
-from planter.report.writing import OverwriteOption, writes_files
 
 app = typer.Typer()
 
@@ -318,7 +319,7 @@ def explain(
     console = Console(as_json)
     with console.outcome():
         from planter.cli import dictionary, explanation
-        from planter.files.kinds import find_kind
+        from planter.files.examples import find_kind
 
         if name is None:
             refuse_unused("without a NAME", "--out", "--set")
@@ -377,7 +378,7 @@ def bench(
     console = Console(as_json)
     with console.outcome():
         from planter.cli import benchmark
-        from planter.report.bundle import write_bundle
+        from planter.report.files import write_bundle
 
         result = benchmark.run_benchmark(QUICK_WORKS if quick else WORKS, console.progress)
         tables = benchmark.tabulate_benchmark(result)

@@ -27,7 +27,7 @@ from planter.engine.summary import ROUNDING, QuantityPeak
 from planter.errors import InputError
 from planter.files import units
 from planter.files.document import Document
-from planter.files.kinds import find_kind
+from planter.files.examples import find_kind
 from planter.kernels import Array
 from planter.mechanism.cycle import simulate_machine
 from planter.mechanism.model import MechanismCycle

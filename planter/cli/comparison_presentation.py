@@ -27,9 +27,9 @@ from planter.cli.results import (
 from planter.engine.summary import ROUNDING
 from planter.kernels import Array
 from planter.report import files
-from planter.report.curves import Panel, draw_panels
 from planter.report.html import Cell, KeyFigure, MarkupCell, Section, Table, Text, escape_markup
 from planter.report.presentation import ResultPresentation
+from planter.report.style import Panel, draw_panels
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

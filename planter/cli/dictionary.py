@@ -23,7 +23,7 @@ from planter.files.fields import LARGEST
 from planter.files.spelling import find_spelled, list_spellings
 from planter.gears.geometry import families, stage
 from planter.kernels import generated
-from planter.report.names import FILE, load_names
+from planter.report.labels import FILE, load_names
 
 
 @cache

@@ -20,7 +20,7 @@ from planter.cli.results import (
 )
 from planter.engine.machine import Description, describe_source
 from planter.files import csv_rows, units
-from planter.files.kinds import find_kind, load_part
+from planter.files.examples import find_kind, load_part
 from planter.report.html import Block, Items, KeyFigure, Section, Table, Text
 from planter.report.labels import count_things
 from planter.report.presentation import WIDTH, PlacedFigure, ResultPresentation

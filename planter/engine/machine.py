@@ -23,7 +23,7 @@ from planter.engine.measures import Limit, Measure, PointDistance, parse_distanc
 from planter.engine.piecewise import build_clearance, build_distance, build_separation, read_curve
 from planter.errors import InputError
 from planter.files import examples, units
-from planter.files.kinds import find_kind, load_part
+from planter.files.examples import find_kind, load_part
 from planter.files.spelling import find_spelled, list_spellings
 from planter.kernels import Array, Kernel
 

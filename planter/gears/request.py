@@ -17,7 +17,7 @@ import numpy as np
 from planter import text_files
 from planter.errors import InputError
 from planter.files import csv_rows, examples
-from planter.files.kinds import load_part
+from planter.files.examples import load_part
 from planter.gears.geometry.cutting import ToothOrder
 from planter.gears.geometry.pitch_curves import (
     POLAR,

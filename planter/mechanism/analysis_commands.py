@@ -24,8 +24,8 @@ from planter.report.options import (
     parse_changes,
     refuse_unused,
     text_option,
+    writes_files,
 )
-from planter.report.writing import writes_files
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -25,7 +25,7 @@ from planter.engine.outputs import (
 )
 from planter.errors import InputError
 from planter.files.document import Document
-from planter.files.kinds import find_kind, load_part
+from planter.files.examples import find_kind, load_part
 from planter.rows.points import Spread
 from planter.rows.robust import RobustGoal, Settings
 from planter.text_files import hash_file

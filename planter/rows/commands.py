@@ -23,8 +23,8 @@ from planter.report.options import (
     parse_changes,
     read_ranges,
     refuse_unused,
+    writes_files,
 )
-from planter.report.writing import writes_files
 
 app = typer.Typer()
 

@@ -18,13 +18,13 @@ from planter.papers.clutch.results import ContactEngagement
 from planter.papers.clutch.rotor import Rotor
 from planter.report import files
 from planter.report.html import Block, Items, Section, Text
-from planter.report.names import load_names
+from planter.report.labels import load_names
 from planter.report.presentation import (
     ModelAssumptions,
     ResultPresentation,
     describe_violations,
+    list_record_sections,
 )
-from planter.report.record_sections import list_record_sections
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -11,9 +11,9 @@ from planter.numerics.arrays import TURN
 from planter.papers.mapping import model, scene
 from planter.papers.mapping.scene import MM
 from planter.report.animation import draw_stills
-from planter.report.curves import Panel, Points, draw_panels
 from planter.report.scene import Body, Outline, refine_places
 from planter.report.sheet import build_still_scene
+from planter.report.style import Panel, Points, draw_panels
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -12,7 +12,7 @@ import numpy as np
 from planter.numerics.arrays import TURN
 from planter.papers.pickup.scene import build_pickup_scene
 from planter.report.animation import draw_stills
-from planter.report.curves import Panel, Points, draw_panels
+from planter.report.style import Panel, Points, draw_panels
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

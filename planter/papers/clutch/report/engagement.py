@@ -10,7 +10,7 @@ import numpy as np
 from planter.kernels import formulas
 from planter.papers.clutch.report.drawings import build_engagement_scene
 from planter.report.animation import draw_stills
-from planter.report.curves import Panel, Points, draw_panels
+from planter.report.style import Panel, Points, draw_panels
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

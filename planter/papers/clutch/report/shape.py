@@ -12,9 +12,9 @@ from planter.papers.clutch.geometry import CrankLinkage
 from planter.papers.clutch.report.drawings import build_rotor_scene, draw_linkage
 from planter.papers.clutch.rotor import Rotor, polygon_outline
 from planter.report.animation import draw_stills
-from planter.report.curves import Panel, draw_panels
 from planter.report.scene import Body, Outline
 from planter.report.sheet import build_still_scene
+from planter.report.style import Panel, draw_panels
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

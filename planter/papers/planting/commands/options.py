@@ -74,8 +74,7 @@ def has_limits(source: str) -> bool:
 
 def is_other(source: str) -> bool:
     """Return whether a source is a machine other than a planting device."""
-    from planter.files.examples import belongs_to_package
-    from planter.files.kinds import find_kind
+    from planter.files.examples import belongs_to_package, find_kind
     from planter.papers.planting import KIND, OWN_TABLES
 
     is_device = belongs_to_package(source, KIND, OWN_TABLES)
