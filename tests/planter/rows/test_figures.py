@@ -62,13 +62,6 @@ def test_several_inputs_show_mean_and_extremes() -> None:
     assert np.allclose([extremes.y0, extremes.y1], [35, 45 * 1.4])
 
 
-def test_texts_do_not_add_a_band() -> None:
-    rows = draw_sweep(model=["exact", "printed"], speed=SPEED)
-    for axes in panels(rows, rows.points @ [1, 1]):
-        assert len(axes.lines[0].get_xdata()) == 61
-        assert bands(axes) == []
-
-
 def test_missing_result_is_a_gap() -> None:
     rows = draw_sweep(speed=SPEED)
     values = np.where(rows.points[:, 0] == 40, np.nan, 1.0)

@@ -1,12 +1,32 @@
 """The points of a sweep: schemes keep what they promise, and any chunk is drawn alone."""
 
+from __future__ import annotations
+
 import numpy as np
 import pytest
+from scipy import stats
 from scipy.stats import qmc
 
-from planter.errors import InputError
+from planter.errors import ComputationError, InputError
 from planter.rows.job import CHUNK
-from planter.rows.points import Axis, Grid, Plan, SobolSequence, UnitCubePoints, draw_latin
+from planter.rows.points import (
+    Axis,
+    Grid,
+    HalvedTolerances,
+    Plan,
+    Saltelli,
+    SobolSequence,
+    Spread,
+    UnitCubePoints,
+    draw_latin,
+    draw_points,
+)
+from planter.rows.tolerance_analysis import (
+    compute_bands,
+    compute_indices,
+    compute_tightening,
+    first_order_std,
+)
 
 RANGE, LISTED = Axis.model_validate({"from": -2, "to": 6}), Axis(values=(1.0, 4.0, 9.0))
 TEXTS = Axis(values=("red", "blue"))
@@ -70,6 +90,9 @@ WRONG = {
         {"inputs": {"m31": [1.5, "exact"]}},
         "a list of numbers, or a list of texts",
     ),
+    "lists in a list": ({"inputs": {"m31": [[1], [2]]}}, "inputs.m31"),
+    "truth values": ({"inputs": {"m31": [True, False]}}, "inputs.m31"),
+    "lists as ends": ({"inputs": {"m31": {"from": [1], "to": 2}}}, "inputs.m31"),
     "a value twice": ({"inputs": {"m31": [1.5, 1.5]}}, "= [1.5, 1.5]"),
     "nothing": ({"inputs": {}}, "inputs = {}"),
     "points of a grid": ({"points": 5}, "points = 5:"),
@@ -98,21 +121,128 @@ def test_several_machines_become_first_input() -> None:
     assert plan.sample_points.rows == 4
 
 
-@pytest.mark.parametrize(
-    "value",
-    [
-        [[1], [2]],
-        [{"a": 1}],
-        [1, "exact"],
-        [True, False],
-        [[]],
-        [1, [2]],
-        {"from": [1], "to": 2},
-        3,
-        None,
-        "x",
-    ],
-)
-def test_values_of_wrong_kind_are_rejected(value: object) -> None:
-    with pytest.raises(InputError, match=r"plan\.toml: .*speed_rpm"):
-        Plan.read({"machine": "wang2017", "inputs": {"speed_rpm": value}}, "plan.toml")
+LAWS = {
+    "uniform": stats.uniform(2, 6),
+    "triangular": stats.triang(0.5, 2, 6),
+    "normal": stats.truncnorm(-3, 3, loc=5, scale=1),
+}
+
+
+SPREADS = [
+    Spread("normal", -3, 3),
+    Spread("uniform", 0, 2),
+    Spread("triangular", -1, 1),
+    Spread("uniform", 5, 9),
+]
+
+
+@pytest.mark.parametrize("kind", LAWS)
+def test_distributions_are_those_of_scipy(kind: str) -> None:
+    spread, law, shares = Spread(kind, 2, 8), LAWS[kind], np.linspace(0, 1, 21)  # type: ignore[arg-type]
+    np.testing.assert_allclose(spread.from_unit(shares), law.ppf(shares), rtol=1e-9)
+    assert np.isclose(spread.std, law.std(), rtol=1e-6)
+    assert np.isclose(spread.centre, law.mean())
+
+
+def test_blocks_of_points_do_not_depend_on_start() -> None:
+    spreads = [Spread("normal", -1, 1), Spread("uniform", 2, 8)]
+    mixed = Saltelli(spreads, 64, 3)
+    block = mixed.block(0, mixed.rows)
+    assert mixed.rows == 4 * 64
+    assert np.array_equal(mixed.block(50, 200), block[50:200])
+    a, b, first, second = block.reshape(4, 64, 2)
+    assert np.array_equal(first, np.column_stack([b[:, 0], a[:, 1]]))
+    assert np.array_equal(second, np.column_stack([a[:, 0], b[:, 1]]))
+    points = draw_points(spreads, 20_000, 3)
+    assert np.array_equal(
+        points.block(10_000, 10_050), draw_points(spreads, 30_000, 3).block(10_000, 10_050)
+    )
+    assert not np.array_equal(points.block(10_000, 10_050), points.block(0, 50))
+
+
+def test_additive_function_has_exact_indices() -> None:
+    weights = np.array([1.0, 2.0, -1.5, 0.0])
+    mixed = Saltelli(SPREADS, 4096, 1)
+    rows = mixed.block(0, mixed.rows) @ weights
+    shares = compute_indices(["y"], list("abcd"), rows[:, None], 4096, 0)["y"]
+    parts = weights**2 * np.array([spread.std for spread in SPREADS]) ** 2
+    for name, part in zip("abcd", parts / parts.sum(), strict=True):
+        assert abs(shares[name].first - part) < 0.01
+        assert abs(shares[name].total - part) < 0.01
+    assert (shares["d"].first, shares["d"].total) == (0, 0)
+    slopes = first_order_std(weights[None], SPREADS)
+    assert np.isclose(slopes[0] ** 2, parts.sum())
+
+
+def test_half_a_tolerance_takes_three_quarters_of_its_variance() -> None:
+    """Of an additive function; an input without effect buys nothing, nor does a function of other
+    inputs.
+    """
+    weights = np.array([[1.0, 2.0, -1.5, 0.0], [0.0, 0.0, 0.0, 3.0]])
+    points = HalvedTolerances(SPREADS, 4096, 1)
+    block = points.block(0, points.rows)
+    assert np.array_equal(points.block(4000, 9000), block[4000:9000])
+    rows = block @ weights.T
+    bands = compute_bands(["y", "z"], rows[:4096], rows[0], np.zeros((2, 4)), SPREADS)
+    tightened = compute_tightening(["y", "z"], list("abcd"), rows, bands)
+    parts = weights[0] ** 2 * np.array([spread.std for spread in SPREADS]) ** 2
+    for name, part in zip("abcd", parts, strict=True):
+        assert tightened["y"][name].std == pytest.approx(
+            np.sqrt(parts.sum() - 0.75 * part), rel=5e-3
+        )
+    assert tightened["y"]["d"].reduction_percent == tightened["z"]["a"].reduction_percent == 0
+    assert tightened["z"]["d"].reduction_percent == pytest.approx(50, abs=1e-9)
+
+
+def test_machines_without_cycle_are_left_out_of_tightening() -> None:
+    spreads = [Spread("uniform", 0, 2), Spread("uniform", -1, 1)]
+    points = HalvedTolerances(spreads, 256, 1)
+    rows = points.block(0, points.rows)[:, :1].copy()
+    bands = compute_bands(["y"], rows[:256], rows[0], np.zeros((1, 2)), spreads)
+    rows[::7] = np.nan
+    assert compute_tightening(["y"], ["a", "b"], rows, bands)["y"][
+        "a"
+    ].reduction_percent == pytest.approx(50)
+    rows[:] = np.nan
+    with pytest.raises(ComputationError, match="no machines"):
+        compute_tightening(["y"], ["a", "b"], rows, bands)
+
+
+def test_ishigami_function_has_published_indices() -> None:
+    """Ishigami and Homma (1990), a = 7, b = 0.1."""
+    mixed = Saltelli([Spread("uniform", -np.pi, np.pi)] * 3, 8192, 1)
+    x, y, z = mixed.block(0, mixed.rows).T
+    rows = np.sin(x) + 7 * np.sin(y) ** 2 + 0.1 * z**4 * np.sin(x)
+    sobol_indices = compute_indices(["f"], list("xyz"), rows[:, None], 8192, 0)["f"]
+    for name, first, total in (("x", 0.3139, 0.5576), ("y", 0.4424, 0.4424), ("z", 0.0, 0.2437)):
+        assert abs(sobol_indices[name].first - first) < 0.02
+        assert abs(sobol_indices[name].total - total) < 0.01
+        assert abs(sobol_indices[name].total - total) < 2 * sobol_indices[name].total_error + 1e-3
+
+
+def test_constant_output_has_zero_indices() -> None:
+    mixed = Saltelli([Spread("uniform", 0, 1)], 64, 1)
+    sobol_indices = compute_indices(["f"], ["x"], np.full((mixed.rows, 1), 3.0), 64, 0)["f"]["x"]
+    assert (sobol_indices.first, sobol_indices.total, sobol_indices.first_error) == (0, 0, 0)
+
+
+def test_bands_use_rows_with_results() -> None:
+    rows = np.column_stack([np.arange(101.0), np.ones(101)])
+    rows[7] = np.nan
+    band = compute_bands(["a", "b"], rows, np.array([50.0, 1.0]), np.zeros((2, 0)), [])["a"]
+    remaining = np.delete(np.arange(101.0), 7)
+    assert (band.missing, band.nominal, band.first_order_std) == (1, 50, 0)
+    assert np.allclose(
+        [band.mean, band.std, band.p5],
+        [remaining.mean(), remaining.std(ddof=1), np.percentile(remaining, 5)],
+    )
+    with pytest.raises(ComputationError, match="101 of 101 machines have no cycle"):
+        compute_bands(["a", "b"], np.full_like(rows, np.nan), np.zeros(2), np.zeros((2, 0)), [])
+
+
+def test_indices_require_every_row() -> None:
+    mixed = Saltelli([Spread("uniform", 0, 1)], 64, 1)
+    rows = np.arange(float(mixed.rows))[:, None]
+    rows[3] = np.nan
+    with pytest.raises(ComputationError, match="1 of 192 machines have no cycle"):
+        compute_indices(["f"], ["x"], rows, 64, 0)

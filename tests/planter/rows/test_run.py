@@ -33,25 +33,12 @@ def answered(
         return store.digest(), done
 
 
-def test_chunks_cover_every_row_once() -> None:
-    ends = [job.chunk_limits(number, ROWS) for number in range(job.count_chunks(ROWS))]
-    assert [start for start, _ in ends] == [0, *(stop for _, stop in ends[:-1])]
-    assert ends[-1][1] == ROWS
-
-
 def test_rows_are_equal_for_any_workers(monkeypatch: pytest.MonkeyPatch) -> None:
     alone, by_two, by_three = (answered(squares(), means=Means(count)) for count in (1, 2, 3))
     monkeypatch.setattr(job, "FEWEST", ROWS + 1)
     serial = answered(squares())
     assert [result[1].workers for result in (alone, by_two, by_three, serial)] == [1, 2, 3, 0]
     assert alone[0] == by_two[0] == by_three[0] == serial[0]
-
-
-def test_small_job_starts_no_worker(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(job, "Jobs", pytest.fail)
-    recipe = Recipe("tests.planter.rows.toys:Squares", {"rows": job.FEWEST - 1})
-    with Store(None, recipe.question, job.FEWEST - 1, 2) as store:
-        assert job.run_job(recipe, store, Means(8)).workers == 0
 
 
 def test_job_error_is_reported() -> None:
@@ -90,6 +77,7 @@ TAMPERED = {
     "short": "UPDATE chunks SET content = substr(content, 1, 16) WHERE number = 0",
     "no bytes": "UPDATE chunks SET content = 'text' WHERE number = 0",
     "another hash": "UPDATE chunks SET sha256 = 'two' WHERE number = 2",
+    "zeros": "UPDATE chunks SET content = zeroblob(length(content)) WHERE number = 2",
     "missing": "DELETE FROM chunks WHERE number = 1",
 }
 SWAPPED = (
@@ -117,27 +105,14 @@ def test_tampered_store_is_rejected(tmp_path: Path, statements: tuple[str, ...])
     assert answered(recipe, path, Means(1))[0] == first
 
 
-def test_damaged_chunk_is_recomputed(tmp_path: Path) -> None:
+@pytest.mark.parametrize("is_database", [True, False])
+def test_file_of_other_program_is_rejected(tmp_path: Path, is_database: bool) -> None:
     path = tmp_path / "kept.sqlite"
-    first, _ = answered(squares(), path, Means(1))
-    with sqlite3.connect(path) as file:
-        file.execute("UPDATE chunks SET content = zeroblob(length(content)) WHERE number = 2")
-    again, done = answered(squares(), path, Means(1))
-    assert (again, done.resumed) == (first, 3)
-
-
-def test_invalid_store_is_rejected(tmp_path: Path) -> None:
-    path = tmp_path / "kept.sqlite"
-    path.write_text("no database " * 100)
-    with pytest.raises(InputError, match=path.name):
-        Store(path, "q", ROWS, 2)
-    assert path.read_text() == "no database " * 100
-
-
-def test_database_of_other_program_is_rejected(tmp_path: Path) -> None:
-    path = tmp_path / "kept.sqlite"
-    with sqlite3.connect(path) as file:
-        file.execute("CREATE TABLE notes (text)")
+    if is_database:
+        with sqlite3.connect(path) as file:
+            file.execute("CREATE TABLE notes (text)")
+    else:
+        path.write_text("no database " * 100)
     content = path.read_bytes()
     with pytest.raises(InputError, match=path.name):
         Store(path, "q", ROWS, 2)

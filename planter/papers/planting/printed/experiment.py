@@ -22,18 +22,18 @@ from planter.files import units
 from planter.files.fields import value_error
 from planter.kernels import Array
 from planter.measured.curve import SAMPLES
-from planter.measured.effects import (
+from planter.measured.explanations import STATED, describe_effects
+from planter.measured.section import SECTION
+from planter.measured.sensor_curve import SensorCurve, name_parameter
+from planter.measured.sensor_view import (
     ElasticMount,
     Imbalance,
     LeakedForce,
     LeakedTorque,
     SensorEffect,
     SpeedHarmonics,
+    find_sensor_view,
 )
-from planter.measured.explanations import STATED, describe_effects
-from planter.measured.section import SECTION
-from planter.measured.sensor_curve import SensorCurve, name_parameter
-from planter.measured.sensor_view import find_sensor_view
 from planter.numerics.arrays import TURN
 from planter.papers.planting.file import load
 from planter.papers.planting.model import Device, build_machine
