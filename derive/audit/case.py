@@ -19,8 +19,8 @@ from ..chain import Chain
 from ..equations import Claimed, ClaimError, Equation, find_claim
 from ..evaluate import Point
 from ..quantity import Quantity
-from .first_order import Equilibrium
 from .paper import Paper, Reading, Reference, Source, Subject
+from .terms import Equilibrium
 from .typesetting import Said, join_parts
 
 _PERIODIC = (sp.sin, sp.cos, sp.tan)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from decimal import Decimal
 from functools import cache
 from itertools import islice
-from typing import Literal
+from typing import Any, Literal
 
 import mpmath
 import numpy as np
@@ -28,10 +28,9 @@ from .comparison import (
     list_orientations,
     solve_for,
 )
-from .edit_values import SCREEN, EditValues, is_computable
-from .edits import Edit, EditProposal, propose_edits
+from .edits import SCREEN, Edit, EditValues, is_computable, propose_edits, screen_edits
 from .products import ProductFactor, ProductSearch
-from .terms import Points, evaluate_at, largest_term
+from .terms import Points, evaluate_at, format_value, largest_term
 from .typesetting import Said, join_parts
 
 Word = Literal[
@@ -80,14 +79,10 @@ class Judgement:
         """Return the key by which a judgement is milder: its verdict, the terms left over, the
         edits needed.
         """
-        left = len(self.missing) + len(self.unexplained)
-        needed = min((len(c) for c in self.corrections), default=0)
-        grade = (
-            (*FAULTS, UNJUDGED).index(self.verdict) + 1
-            if self.verdict in (*FAULTS, UNJUDGED)
-            else 0
-        )
-        return grade, left, needed
+        grades = ("", *FAULTS, UNJUDGED)
+        grade = grades.index(self.verdict) if self.verdict in grades else 0
+        needed = min(map(len, self.corrections), default=0)
+        return grade, len(self.missing) + len(self.unexplained), needed
 
 
 def explain_unjudged(error: Exception) -> Judgement:
@@ -131,10 +126,9 @@ def agrees_with_witness(printed: Equation, witness: Witness) -> bool:
             f"{printed.source}: {witness.where} prints nothing of "
             f"{', '.join(sorted(map(str, missing)))}"
         )
-    judged = next(
-        (digits for symbol, digits in witness.values if symbol == _judged(printed, witness)), "0"
-    )
-    last = mpf(10) ** int(Decimal(judged).as_tuple().exponent)
+    digits = dict(witness.values)
+    first, _ = witness.values[0]  # decides where none is defined
+    last = mpf(10) ** int(Decimal(digits.get(printed.defines or first, "0")).as_tuple().exponent)
     return bool(abs(Point(values)(printed.residual)) <= last / 2)
 
 
@@ -148,11 +142,6 @@ def _agrees_within(
     roots = sp.solve(printed.residual.xreplace(values), symbol)
     smallest, largest = (bound.xreplace(values) for bound in (low, high))
     return any(root.is_real and smallest <= root <= largest for root in roots)
-
-
-def _judged(printed: Equation, witness: Witness) -> Quantity:
-    """The symbol whose printed digits decide: the defined one, or else the first."""
-    return printed.defines or witness.values[0][0]
 
 
 def _describe_witness(witness: Witness) -> str:
@@ -238,46 +227,25 @@ def _edited(
     nothing to say.
     """
     candidates = [word for word in words if all(word in point for point in points)]
-    symbol, side = printed.defines, _find_side(printed)
-    for proposal in _screen(
-        side, propose_edits(side, candidates, overall=symbol is not None), symbol, points
-    ):
+    symbol = printed.defines
+    side = solve_for(printed.residual, symbol)
+    meant = np.array([float(point(symbol or sp.S.Zero)) for point in points])
+
+    def may_hold(values: Any, sizes: Any) -> bool:
+        limit = SCREEN * np.maximum(sizes, np.abs(meant))
+        return bool(np.all(np.abs(values - meant) <= limit))
+
+    proposals = propose_edits(side, candidates, overall=symbol is not None)
+    for proposal in screen_edits(side, proposals, points, may_hold):
         edit = proposal.apply(side)
         residual = _restore_residual(printed, edit.result)
         if len(sp.Add.make_args(residual)) > 1:
             yield edit, residual
 
 
-def _find_side(printed: Equation) -> Expr:
-    """Return what an equation gives for the symbol that it defines, its residual if it defines
-    none.
-    """
-    return (
-        printed.residual
-        if printed.defines is None
-        else solve_for(printed.residual, printed.defines)
-    )
-
-
 def _restore_residual(printed: Equation, side: Expr) -> Expr:
-    """Return the residual of an equation with another side; see `_find_side`."""
+    """Return the residual of an equation with another side; see `solve_for`."""
     return side if printed.defines is None else printed.defines - side
-
-
-def _screen(
-    side: Expr, proposals: Iterator[EditProposal], symbol: Quantity | None, points: Points
-) -> Iterator[EditProposal]:
-    """Yield the edits of a side after which it may be zero, or a symbol's value, as floating point
-    tells.
-    """
-    if not is_computable(side):
-        yield from proposals
-        return
-    edits = EditValues(side, points)
-    meant = edits.value(sp.S.Zero if symbol is None else symbol)
-    for proposal, values, sizes in edits.list_values(proposals):
-        if np.all(np.abs(values - meant) <= SCREEN * np.maximum(sizes, np.abs(meant))):
-            yield proposal
 
 
 MOST_FACTORS = 120
@@ -292,7 +260,8 @@ def _list_lacking_terms(
     """Terms with which an equation holds, products of up to five of its factors, with the residuals
     that they leave.
     """
-    symbol, side = printed.defines, _find_side(printed)
+    symbol = printed.defines
+    side = solve_for(printed.residual, symbol)
     gaps = [evaluate_at((symbol or sp.S.Zero) - side, point) for point in points]
     if not is_computable(side) or None in gaps:
         return
@@ -374,12 +343,8 @@ def _failing(residual: Expr, points: Points) -> str:
     term.
     """
     where = next(point for point in points if not _vanishes(residual, point))
-    left = evaluate_at(residual, where)
-    remainder = "no real value" if left is None else mpmath.nstr(left, 6)
-    return (
-        f"it does not hold: {remainder} is left of terms of up to "
-        f"{mpmath.nstr(largest_term(residual, where), 6)}"
-    )
+    largest = mpmath.nstr(largest_term(residual, where), 6)
+    return f"it does not hold: {format_value(residual, where)} is left of terms of up to {largest}"
 
 
 PROMISING = 12
@@ -542,7 +507,7 @@ def _corrected(
             [(*done, *(edit.text for edit in explanation.edits))], remark, explanation.edits
         )
     pairs = (
-        _pairs(start, first, words) if explanation.comparison.gap.unexplained and not done else []
+        _pairs(start, first, words) if explanation.comparison.struck().printed and not done else []
     )
     if pairs:
         return _misprint([(first.text, second.text) for first, second in pairs], remark, pairs[0])
@@ -560,8 +525,7 @@ def _another_condition(start: Comparison, remark: str) -> Judgement:
     """A condition that no edit makes the derived one; terms that are left over say nothing of when
     it holds.
     """
-    where = next((point for point in start.points if not start.is_equal_at(point)), start.points[0])
-    printed, derived = (_format_value(side, where) for side in (start.printed, start.derived))
+    printed, derived = _format_difference(start)
     differ = f"at a random point its sides differ by {printed}, not {derived}"
     finding = f"{remark}another condition than the derived one; {differ}"
     return Judgement("contradicted", finding, unexplained=(start.printed,))
@@ -602,21 +566,17 @@ def _left_over(
     if not left.printed:
         finding = f"{remark}terms of the derivation are missing"
         return Judgement("incomplete", finding, corrections, left.derived, edits=edits)
-    where = next(
-        (point for point in comparison.points if not comparison.is_equal_at(point)),
-        comparison.points[0],
-    )
-    printed_value, derived_value = (
-        _format_value(side, where) for side in (comparison.printed, comparison.derived)
-    )
-    fails = f"; it fails at a random point: {printed_value} against {derived_value}"
+    printed, derived = _format_difference(comparison)
+    fails = f"; it fails at a random point: {printed} against {derived}"
     finding = Said(f"{remark}printed, but not derived: ", join_parts(", ", left.printed), fails)
     return Judgement("contradicted", finding, corrections, left.derived, left.printed, edits=edits)
 
 
-def _format_value(expr: Expr, point: Point) -> str:
-    number = evaluate_at(expr, point)
-    return "no real value" if number is None else mpmath.nstr(number, 6)
+def _format_difference(comparison: Comparison) -> tuple[str, str]:
+    """Return the values of both sides at the first point where they differ."""
+    different = (point for point in comparison.points if not comparison.is_equal_at(point))
+    where = next(different, comparison.points[0])
+    return format_value(comparison.printed, where), format_value(comparison.derived, where)
 
 
 def _ranked(start: Comparison, candidates: Iterable[Edit]) -> list[tuple[Edit, int]]:
@@ -627,9 +587,9 @@ def _ranked(start: Comparison, candidates: Iterable[Edit]) -> list[tuple[Edit, i
     real: Points = tuple(
         point for point in start.points if evaluate_at(start.printed, point) is not None
     )
-    before, better = start.gap.size, []
+    before, better = start.struck().size, []
     for edit in candidates:
-        left = start.edited(edit.result).gap.size
+        left = start.edited(edit.result).struck().size
         if left < before and all(evaluate_at(edit.result, point) is not None for point in real):
             better.append((edit, left))
     return sorted(better, key=lambda pair: (pair[1], pair[0].text))

@@ -19,7 +19,7 @@ from ..equations import UNCLAIMED, Claimed, Equation, Legibility, Relation, Witn
 from ..evaluate import Point
 from ..model import Let, System, Twin
 from ..quantity import Quantity
-from .first_order import Equilibrium
+from .terms import Equilibrium
 
 Array = NDArray[np.float64]
 Values = dict[sp.Symbol, Array]

@@ -27,7 +27,7 @@ from .judge import (
     judge_condition,
     judge_equation,
 )
-from .terms import Points, evaluate_at, find_largest_size
+from .terms import Points, find_largest_size, format_value
 from .typesetting import Piece, Said, join_parts
 
 SHOWN = 3
@@ -93,10 +93,7 @@ def _describe_failure(printed: Equation, derived: Equation | None, point: Point)
 
 def _format_side(side: Equation, point: Point) -> str:
     """The value of what an equation defines its symbol as, or of its residual."""
-    number = evaluate_at(
-        side.residual if side.defines is None else solve_for(side.residual, side.defines), point
-    )
-    return "no real value" if number is None else mpmath.nstr(number, 6)
+    return format_value(solve_for(side.residual, side.defines), point)
 
 
 def fold_terms(terms: Iterable[Expr], folds: Mapping[sp.Symbol, Expr]) -> tuple[Expr, ...]:

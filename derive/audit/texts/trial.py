@@ -524,11 +524,11 @@ def _closest_claim(case: Case, printed: Equation) -> Claimed | None:
             continue
         for sign in (1, -1):
             comparison = Comparison(left_side, sign * right_side, points, scales=True)
-            gap = comparison.gap
+            left = comparison.struck()
             terms = len(sp.Add.make_args(sp.expand(right_side)))
-            shared = terms - gap.lacking - gap.unlike
-            if 2 * shared >= terms and (best is None or gap.size < best[0]):
-                best = gap.size, claim
+            shared = terms - len(left.derived)
+            if 2 * shared >= terms and (best is None or left.size < best[0]):
+                best = left.size, claim
     return None if best is None else best[1]
 
 

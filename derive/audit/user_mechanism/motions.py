@@ -24,9 +24,9 @@ from ...mechanics.mechanism import TIME, Mechanism
 from ...mechanics.statement import MechanismError
 from ...model import Lane, Let
 from ...quantity import Quantity
-from ..first_order import STEPS, Equilibrium
 from ..laws import Formula
 from ..paper import Array, Dynamics
+from ..terms import STEPS, Equilibrium
 from .subject import (
     FASTER,
     REFERENCE,
