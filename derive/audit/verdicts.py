@@ -35,7 +35,6 @@ from .record import (
 SILENT = ("confirmed", "confirmed as rebuilt", "definition", "untested")
 """Verdicts that leave nothing to say but what a symbol is read as or what vanishes."""
 LAW_DIGITS = 4
-HEAD = ("| equation | claims to be | legibility | verdict | depends on |", "|---|---|---|---|---|")
 SOURCE = (
     "The machine-read text of each paper was audited, not its page images. Gaps that were filled "
     "in are listed",
@@ -66,48 +65,47 @@ def as_page(
         "",
         *SOURCE,
         "",
+        *format_overview(records),
     ]
-    lines += [*format_overview(records), ""]
     for paper, counts in count_verdicts(records).items():
-        lines += [
-            f"## {titles[paper]}",
-            "",
-            ", ".join(f"{n} {word}" for word, n in counts.items()) + ".",
-            "",
-        ]
         paper_records = [r for r in records if r["paper"] == paper]
-        lines += [*_causes(paper_records), *HEAD]
-        lines += [_row(r) for r in paper_records] + [""]
+        summary = ", ".join(f"{n} {word}" for word, n in counts.items())
+        lines += [f"## {titles[paper]}", "", f"{summary}.", "", *_causes(paper_records)]
+        lines += _table(
+            "equation | claims to be | legibility | verdict | depends on", map(_row, paper_records)
+        )
         for record in paper_records:
             lines += _paragraph(record)
-        lines += [
-            line
-            for reference in references
-            if reference["paper"] == paper
-            for line in _reference(reference)
-        ]
+        for reference in references:
+            lines += _reference(reference) if reference["paper"] == paper else []
     return "\n".join([*lines, *_list_laws(laws)])
+
+
+def _table(head: str, rows: Iterable[Iterable[object]]) -> list[str]:
+    """Return a table under a head of cells, nothing without rows."""
+    lines = [f"| {' | '.join(map(str, row))} |" for row in rows]
+    columns = head.count(" | ") + 1
+    return [f"| {head} |", f"|{'---|' * columns}", *lines, ""] if lines else []
 
 
 def format_overview(records: Sequence[Record]) -> list[str]:
     """A table of the papers: verdicts, equations at fault, causes, and what depends on a reading or
     a character.
     """
-    lines = [
-        "| paper | verdicts | at fault | causes | on a reading | on one character |",
-        "|---|---|---|---|---|---|",
-    ]
+    rows = []
     for paper, counts in count_verdicts(records).items():
         paper_records = [r for r in records if r["paper"] == paper]
-        verdicts = ", ".join(f"{n} {word}" for word, n in counts.items())
-        counts_at_fault = (
-            sum(r["verdict"] in FAULTS for r in paper_records),
-            len(group_causes(paper_records)),
-            sum(not r["robust"] for r in paper_records),
-            sum(r["fragile"] for r in paper_records),
+        rows.append(
+            (
+                paper,
+                ", ".join(f"{n} {word}" for word, n in counts.items()),
+                sum(r["verdict"] in FAULTS for r in paper_records),
+                len(group_causes(paper_records)),
+                sum(not r["robust"] for r in paper_records),
+                sum(r["fragile"] for r in paper_records),
+            )
         )
-        lines.append(f"| {paper} | {verdicts} | {' | '.join(map(str, counts_at_fault))} |")
-    return lines
+    return _table("paper | verdicts | at fault | causes | on a reading | on one character", rows)
 
 
 def _reference(reference: Record) -> list[str]:
@@ -128,15 +126,9 @@ def _reference(reference: Record) -> list[str]:
     ]
 
 
-def _row(record: Record) -> str:
-    cells = (
-        f"({record['equation']})",
-        record["claims"],
-        record["legibility"],
-        record["verdict"],
-        describe_basis(record),
-    )
-    return f"| {' | '.join(cells)} |"
+def _row(record: Record) -> list[str]:
+    cells = (record[key] for key in ("claims", "legibility", "verdict"))
+    return [f"({record['equation']})", *cells, describe_basis(record)]
 
 
 def describe_basis(record: Record) -> str:
@@ -158,21 +150,12 @@ def _causes(records: Sequence[Record]) -> list[str]:
     if not paper_causes:
         return []
     faulty = sum(1 for record in records if record["verdict"] in FAULTS)
-    lines = [
-        f"{faulty} equations are at fault, for {len(paper_causes)} causes.",
-        "",
-        "| cause | equations |",
-        "|---|---|",
-    ]
-    names = (
-        (cause["cause"], (e.partition(": ")[2] for e in cause["equations"]))
-        for cause in paper_causes
-    )
-    return [
-        *lines,
-        *(f"| {cause} | {', '.join(f'({n})' for n in numbers)} |" for cause, numbers in names),
-        "",
-    ]
+    rows = []
+    for cause in paper_causes:
+        numbers = (equation.partition(": ")[2] for equation in cause["equations"])
+        rows.append((cause["cause"], ", ".join(f"({number})" for number in numbers)))
+    count = f"{faulty} equations are at fault, for {len(paper_causes)} causes."
+    return [count, "", *_table("cause | equations", rows)]
 
 
 def _paragraph(record: Record) -> list[str]:
@@ -203,29 +186,23 @@ def _paragraph(record: Record) -> list[str]:
     return lines
 
 
-def _depends(readings: Sequence[Record]) -> Iterator[str]:
-    if readings:
-        yield "| reading | admitted by | verdict | finding |"
-        yield "|---|---|---|---|"
-        for reading in readings:
-            yield (
-                f"| "
-                f"{' | '.join(reading[key] for key in ('reading', 'because', 'verdict', 'finding'))} "
-                f"|"
-            )
-        yield ""
+def _depends(readings: Sequence[Record]) -> list[str]:
+    keys = ("reading", "because", "verdict", "finding")
+    rows = ([reading[key] for key in keys] for reading in readings)
+    return _table("reading | admitted by | verdict | finding", rows)
 
 
-def _sizes(name: str, terms: Sequence[Record]) -> Iterator[str]:
-    if terms:
-        yield f"| {name} | largest over the cycle | unit | share of the largest term |"
-        yield "|---|---|---|---|"
-        for t in terms:
-            yield (
-                f"| `{t['term']}` | {_number(t['max_abs'], 4)} | {t['unit']} | "
-                f"{_number(t['share_of_largest'], 3)} |"
-            )
-        yield ""
+def _sizes(name: str, terms: Sequence[Record]) -> list[str]:
+    rows = (
+        (
+            f"`{t['term']}`",
+            _number(t["max_abs"], 4),
+            t["unit"],
+            _number(t["share_of_largest"], 3),
+        )
+        for t in terms
+    )
+    return _table(f"{name} | largest over the cycle | unit | share of the largest term", rows)
 
 
 def _together(record: Record) -> Iterator[str]:
@@ -241,13 +218,9 @@ def _together(record: Record) -> Iterator[str]:
         yield ""
 
 
-def _vanishing(terms: Sequence[Record]) -> Iterator[str]:
-    if terms:
-        yield "| term that vanishes | because | printed |"
-        yield "|---|---|---|"
-        for t in terms:
-            yield f"| `{t['term']}` | {t['because']} | {'yes' if t['printed'] else 'no'} |"
-        yield ""
+def _vanishing(terms: Sequence[Record]) -> list[str]:
+    rows = ((f"`{t['term']}`", t["because"], "yes" if t["printed"] else "no") for t in terms)
+    return _table("term that vanishes | because | printed", rows)
 
 
 def _number(value: float | None, digits: int, absent: str = "no real value") -> str:
@@ -281,29 +254,24 @@ def _list_laws(records: Sequence[Record]) -> list[str]:
             "model computes, in which each symbol means what the equation that gives it says.",
             "",
         ]
-    lines += [
-        "| paper | law | broken by | read literally | unit | laid to | search |",
-        "|---|---|---|---|---|---|---|",
-    ]
+    rows = []
     for record in records:
         sets = [record["caused_by"], *record["or_by"]] if record["caused_by"] else []
-        laid = (
-            " or ".join(", ".join(f"({number})" for number in chosen) for chosen in sets) or "kept"
-        )
+        names = (", ".join(f"({number})" for number in chosen) for chosen in sets)
+        laid = " or ".join(names) or "kept"
         if record["violation"] is None:
             laid = record["owed"]
         sizes = (
             _number(record[key], LAW_DIGITS, "unknown")
             for key in ("violation", "violation_literal")
         )
-        cells = (record["paper"], record["law"], *sizes, record["unit"], laid, record["search"])
-        lines += [f"| {' | '.join(cells)} |"]
+        rows.append(
+            (record["paper"], record["law"], *sizes, record["unit"], laid, record["search"])
+        )
+    lines += _table("paper | law | broken by | read literally | unit | laid to | search", rows)
     lines += [
-        "",
         "What each of these equations does: what its repair alone takes away, what it alone "
         "leaves when all",
-    ]
-    lines += [
         "others are repaired, and its Shapley value, the mean over all orders of repair. These "
         "values add up to",
         "the violation; some may be negative, so that others exceed it.",
@@ -317,17 +285,12 @@ def _list_laws(records: Sequence[Record]) -> list[str]:
 def _shares(law: Record) -> list[str]:
     if not law["shares"]:
         return []
-    lines = [
-        f"**{law['law']}**: {law['owed']}",
-        "",
-        f"| equation | alone [{law['unit']}] | left | Shapley |",
-    ]
-    lines += ["|---|---|---|---|"]
-    sizes = (
-        (s["equation"], *(f"{s[key]:.4g}" for key in ("alone", "without", "shapley")))
-        for s in law["shares"]
-    )
-    return [*lines, *(f"| ({number}) | {' | '.join(values)} |" for number, *values in sizes), ""]
+    rows = []
+    for share in law["shares"]:
+        sizes = (f"{share[key]:.4g}" for key in ("alone", "without", "shapley"))
+        rows.append((f"({share['equation']})", *sizes))
+    head = f"equation | alone [{law['unit']}] | left | Shapley"
+    return [f"**{law['law']}**: {law['owed']}", "", *_table(head, rows)]
 
 
 FILES = ("audit.json", "audit_mathml.json", "AUDIT.md")

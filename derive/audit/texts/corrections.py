@@ -38,11 +38,10 @@ from .formula import (
     tokenize_formula,
 )
 from .interpretation import Interpreter, interpret_formula, list_scalars
-from .monomials import MonomialSearch
+from .monomials import MonomialSearch, list_vector_terms
 from .names import PointNames, StatedNames
 from .rereading import Rereader
 from .values import OperandError, Scalar, Value
-from .vector_terms import list_vector_terms
 
 TOLERANCE = 1e-9
 """Residual that counts as zero, as a share of the largest term: far above the rounding of 15
