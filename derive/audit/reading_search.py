@@ -139,13 +139,6 @@ class Outcome:
         )
 
 
-def judge_readings(case: Case, number: str) -> Outcome:
-    """An equation's outcome under the kindest joint reading of all equations that are linked with
-    it.
-    """
-    return judge_linked_readings(case, number)[number]
-
-
 def judge_linked_readings(case: Case, number: str) -> dict[str, Outcome]:
     """Outcomes of an equation and of those that share questions with it, under one answer to each
     question.

@@ -226,21 +226,21 @@ def index_records(
     }
 
 
-def is_reusable(record: Record | None, key: str) -> bool:
+def is_reusable(record: Record, key: str) -> bool:
     """Whether a record was made from the same as a new one would be."""
-    return record is not None and record.get("key") == key
+    return record.get("key") == key
 
 
-def record_equations(case: Case, keys: Mapping[str, str]) -> list[Record]:
-    """The findings on equations that are judged together; ``keys`` are theirs, by number.
+def record_equations(case: Case, numbers: Sequence[str], key: str) -> list[Record]:
+    """The findings on equations that are judged together.
 
     `not judged` with the reason where any step of it raises an error.
     """
     try:
-        outcomes = judge_linked_readings(case, next(iter(keys)))
+        outcomes = judge_linked_readings(case, numbers[0])
     except Exception as error:  # one question must not end the audit of the others
-        return [record_unjudged(case, number, key, error) for number, key in keys.items()]
-    return [_attempted(case, number, key, outcomes[number]) for number, key in keys.items()]
+        return [record_unjudged(case, number, key, error) for number in numbers]
+    return [_attempted(case, number, key, outcomes[number]) for number in numbers]
 
 
 def _attempted(case: Case, number: str, key: str, outcome: Outcome) -> Record:

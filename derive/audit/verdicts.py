@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from contextlib import ExitStack
 from functools import cache
@@ -13,7 +13,6 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from ..equations import ClaimError
 from . import key
 from .case import Case, references
 from .judge import FAULTS, UNJUDGED
@@ -29,7 +28,6 @@ from .record import (
     index_records,
     is_reusable,
     record_equations,
-    record_unjudged,
 )
 
 SILENT = ("confirmed", "confirmed as rebuilt", "definition", "untested")
@@ -365,25 +363,19 @@ def judge_modules(
     """Records of all equations and laws: known ones that still hold, and the rest, judged in
     parallel.
 
-    A chain is checked by its laws together with its equations, which their judgement decides: those
-    come first.
+    A paper is judged again as a whole. A chain is checked by its laws together with its equations,
+    which their judgement decides: those come first.
     """
-    cases_by_module = find_cases(modules)
-    for case in cases_by_module.values():
-        _ = (
-            case.points,
-            case.cycle,
-        )  # what has no values at all is an error of the subject, not of an equation
-    keys, records = {}, {}
-    for m, case in cases_by_module.items():
-        keys[m], failed = _keys(case)
-        records[m] = {n: failed.get(n) or known_records.get((case.paper.name, n)) for n in keys[m]}
-    laws = {
-        m: [r for r in known_laws if r["paper"] == case.paper.name]
-        for m, case in cases_by_module.items()
-        if case.chains
-    }
-    places = [(m, str(sys.modules[m].__file__)) for m in cases_by_module]
+    cases = find_cases(modules)
+    for case in cases.values():
+        # what has no values at all is an error of the subject, not of an equation
+        _ = case.points, case.cycle
+    keys = {m: key.equations_key(case) for m, case in cases.items()}
+    places = [(m, str(sys.modules[m].__file__)) for m in cases]
+    records: dict[str, dict[str, Record]] = {}
+    laws: dict[str, list[Record]] = {}
+    tasks: dict[str, list[Future[list[Record]]]] = {}
+    trials: dict[str, Future[list[Record]]] = {}
     with ExitStack() as open_pools:
 
         @cache
@@ -392,67 +384,27 @@ def judge_modules(
                 ProcessPoolExecutor(initializer=load, initargs=(places,))
             )
 
-        trials: dict[str, Future[list[Record]]] = {}
-        tasks = {m: _submitted(pool, m, cases_by_module[m], keys[m], records[m]) for m in laws}
-        for m, case in cases_by_module.items():
-            if m in laws:
-                records[m] |= _results(tasks[m])
-                answers = {n: str(r["answer"]) for n in case.executed if (r := records[m][n])}
-                law_key = key.laws_key(case, case.select_choices(answers))
-                if not (laws[m] and all(is_reusable(r, law_key) for r in laws[m])):
-                    trials[m] = pool().submit(_laws, m, answers, law_key)
-        tasks |= {
-            m: _submitted(pool, m, cases_by_module[m], keys[m], records[m])
-            for m in cases_by_module
-            if m not in laws
-        }
-        for m, started in tasks.items():
-            records[m] |= _results(started)
+        for m in sorted(cases, key=lambda m: cases[m].chains is None):
+            case, name = cases[m], cases[m].paper.name
+            equations = case.paper.equations
+            known = {n: known_records.get((name, n), {}) for n in equations}
+            if all(is_reusable(record, keys[m]) for record in known.values()):
+                records[m] = known
+            else:
+                groups = dict.fromkeys(map(case.linked, equations))
+                tasks[m] = [pool().submit(_equations, m, group, keys[m]) for group in groups]
+            if case.chains is None:
+                continue
+            records[m] = _results(tasks.pop(m)) if m in tasks else records[m]
+            answers = {n: str(records[m][n]["answer"]) for n in case.executed}
+            law_key = key.laws_key(case, case.select_choices(answers))
+            laws[m] = [r for r in known_laws if r["paper"] == name]
+            if not (laws[m] and all(is_reusable(r, law_key) for r in laws[m])):
+                trials[m] = pool().submit(_laws, m, answers, law_key)
+        records |= {m: _results(started) for m, started in tasks.items()}
         laws |= {m: trial.result() for m, trial in trials.items()}
-    judged_equations = [
-        r for of_paper in records.values() for r in of_paper.values() if r is not None
-    ]
-    return judged_equations, [
-        _with_sentence(r, judged_equations) for of_paper in laws.values() for r in of_paper
-    ]
-
-
-def _keys(case: Case) -> tuple[dict[str, str], dict[str, Record]]:
-    """Keys of all equations of a paper, and records of those that cannot be compared: their key is
-    empty.
-    """
-    alone, failed = dict[str, str](), dict[str, Record]()
-    for number in case.paper.equations:
-        try:
-            alone[number] = key.sides_key(case, number)
-        except ClaimError:
-            raise
-        except (
-            Exception
-        ) as error:  # without a key there is no comparison to judge: one line, not the end
-            alone[number], failed[number] = str(error), record_unjudged(case, number, "", error)
-    return {
-        n: "" if n in failed else key.linked_key(n, [alone[o] for o in case.linked(n)])
-        for n in alone
-    }, failed
-
-
-def _submitted(
-    pool: Callable[[], Executor],
-    module: str,
-    case: Case,
-    keys: Mapping[str, str],
-    old: Mapping[str, Record | None],
-) -> list[Future[list[Record]]]:
-    """Judgement of every equation without a record that still holds, those together that share
-    questions.
-    """
-    still_open = [n for n in keys if not is_reusable(old[n], keys[n])]
-    groups = dict.fromkeys(case.linked(n) for n in still_open)
-    return [
-        pool().submit(_equations, module, {n: keys[n] for n in numbers if n in still_open})
-        for numbers in groups
-    ]
+    judged = [records[m][n] for m, case in cases.items() for n in case.paper.equations]
+    return judged, [_with_sentence(r, judged) for of_paper in laws.values() for r in of_paper]
 
 
 def _results(tasks: Iterable[Future[list[Record]]]) -> dict[str, Record]:
@@ -484,8 +436,8 @@ def load(places: Iterable[Place]) -> None:
             spec.loader.exec_module(sys.modules[name])
 
 
-def _equations(module: str, keys: Mapping[str, str]) -> list[Record]:
-    return record_equations(_case(module), keys)
+def _equations(module: str, numbers: Sequence[str], its_key: str) -> list[Record]:
+    return record_equations(_case(module), numbers, its_key)
 
 
 def _laws(module: str, answers: Mapping[str, str], its_key: str) -> list[Record]:

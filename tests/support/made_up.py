@@ -7,8 +7,11 @@ from typing import Any
 
 import sympy as sp
 
+from derive.audit.case import Case
 from derive.audit.judge import Judgement, judge_equation
 from derive.audit.paper import Subject
+from derive.audit.reading_search import Outcome, judge_linked_readings
+from derive.audit.record import Record, record_equations
 from derive.equations import Claimed, Equation, Relation
 from derive.evaluate import Point
 from derive.quantity import Quantity
@@ -67,6 +70,16 @@ def tampered(subject: Subject, **parts: Any) -> Subject:
     """The same subject with other methods."""
     changed: Subject = type("Tampered", (type(subject),), parts)()
     return changed
+
+
+def judge_readings(case: Case, number: str) -> Outcome:
+    """Return an equation's outcome under the kindest joint reading of all that it is linked with."""
+    return judge_linked_readings(case, number)[number]
+
+
+def record_equation(case: Case, number: str) -> Record:
+    """Return the record of an equation of a paper."""
+    return record_equations(case, [number], "key")[0]
 
 
 POINTS = [Point(values(seed)) for seed in (1, 2, 3)]

@@ -22,7 +22,7 @@ from ..case import Case
 from ..comparison import Comparison
 from ..judge import holds
 from ..paper import Paper, Subject
-from ..user_mechanism.configurations import ConfigurationSubject
+from ..user_mechanism.motions import ConfigurationSubject
 from ..user_mechanism.subject import MechanismSubject
 from ..user_mechanism.trial import SECONDS, build_subject, trial
 from .corrections import Repair, find_repairs

@@ -12,7 +12,7 @@ import random
 from abc import abstractmethod
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import cache, cached_property, partial
 from itertools import combinations, groupby
 
 import mpmath
@@ -32,7 +32,8 @@ from ...equations import (
     loop,
     what,
 )
-from ...evaluate import Point, si_factor, table_values
+from ...evaluate import DIGITS, Point, si_factor, table_values
+from ...functions import partial_derivative
 from ...mechanics.driven_motion import LAW, VANISHES, build_law_residuals
 from ...mechanics.mechanism import Mechanism
 from ...mechanics.statement import MechanismError
@@ -43,6 +44,8 @@ from ..laws import Formula
 from ..paper import Cycle, Dynamics, Law, Subject
 from ..paper import Values as Arrays
 
+TRIALS = 50
+"""Draws of data until one allows a motion."""
 RELATIVE_RANGE = 0.2
 """Data without bounds vary within this share of their values."""
 Values = dict[Quantity, mpf]
@@ -99,6 +102,58 @@ def evaluate_steps(steps: Iterable[Step], values: Mapping[Quantity, mpf]) -> Val
         results |= zip(step.symbols, mpmath.lu_solve(matrix, right), strict=True)
         results[step.pivot] = mpf(1)
     return results
+
+
+MAX_ITERATIONS = 40
+
+
+@cache
+def _slope(expr: Expr, quantity: Quantity) -> Expr:
+    return partial_derivative(expr, quantity)
+
+
+def correct(
+    values: Values, residuals: Sequence[Expr], variables: Sequence[Quantity], steps: Iterable[Step]
+) -> tuple[Values, mpf]:
+    """Return values after the shortest Newton step of variables towards zero residuals, and its
+    length.
+
+    ``steps`` give what the residuals need besides. Raises ZeroDivisionError if residuals follow
+    from one another.
+    """
+    point = Point(evaluate_steps(steps, values))
+    rows = mpmath.matrix([[point(_slope(expr, q)) for q in variables] for expr in residuals])
+    gaps = mpmath.matrix([point(expr) for expr in residuals])
+    step = rows.T * mpmath.lu_solve(rows * rows.T, -gaps)
+    moved = {q: values[q] + change for q, change in zip(variables, step, strict=True)}
+    return values | moved, mpmath.norm(step)
+
+
+def close_gaps(
+    values: Values, gaps: Sequence[Expr], variables: Sequence[Quantity], steps: Iterable[Step] = ()
+) -> Values:
+    """Return the nearest values of variables at which gaps vanish.
+
+    Raises ZeroDivisionError if none are found.
+    """
+    for _ in range(MAX_ITERATIONS if gaps else 0):
+        values, size = correct(values, gaps, variables, steps)
+        if size < mpf(10) ** -DIGITS:
+            return values
+    if gaps:
+        raise ZeroDivisionError("the loops do not close")
+    return values
+
+
+def define_lets(lets: Iterable[Let]) -> list[Equation]:
+    """Return the equations that say what quantities are."""
+    return [defining_equation(what(let.symbol), let.symbol, let.expr) for let in lets]
+
+
+def list_gaps(mechanism: Mechanism) -> list[Equation]:
+    """Return the equations that close the loops."""
+    gaps = mechanism.loops.gaps.items()
+    return [derived_equation(loop(name.removeprefix("gap_")), gap) for name, gap in gaps]
 
 
 REFERENCE, SPEEDS = "reference", "speeds"
@@ -345,23 +400,10 @@ class MechanismSubject(Subject):
         """Return balances, definitions, gaps of loops, and the rates and accelerations that these
         determine.
         """
-        named = {let.symbol: let for let in self.named}
-        gaps = self.mechanism.loops.gaps.items()
-        return by_claim(
-            (
-                *self.mechanism.equations(),
-                *(
-                    defining_equation(what(symbol), symbol, let.expr)
-                    for symbol, let in named.items()
-                ),
-                *(derived_equation(loop(name.removeprefix("gap_")), gap) for name, gap in gaps),
-                *(
-                    defining_equation(what(s), s, expr)
-                    for s, expr in self._rates.items()
-                    if s not in named
-                ),
-            )
-        )
+        named = {let.symbol for let in self.named}
+        rates = [Let(s, expr, "") for s, expr in self._rates.items() if s not in named]
+        lets = define_lets([*self.named, *rates])
+        return by_claim((*self.mechanism.equations(), *lets, *list_gaps(self.mechanism)))
 
     @cached_property
     def _rates(self) -> dict[Quantity, Expr]:

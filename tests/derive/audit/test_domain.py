@@ -15,7 +15,6 @@ from sympy import atan, cos, pi, sin, tan
 from derive.audit.case import NEAR, SEEDS, Case
 from derive.audit.judge import Judgement, holds
 from derive.audit.paper import Paper
-from derive.audit.reading_search import judge_readings
 from derive.audit.terms import have_same_truth
 from derive.audit.user_mechanism.trial import trial
 from derive.discovery import load_user_modules
@@ -26,7 +25,19 @@ from derive.papers import shi2021, yu2023
 from derive.papers.clutch import quantities as clutch
 from derive.quantity import Quantity, quantities
 from tests.support import own
-from tests.support.made_up import POINTS, MadeUp, MadeUpClaim, a, b, c, judged, quantity, u, v
+from tests.support.made_up import (
+    POINTS,
+    MadeUp,
+    MadeUpClaim,
+    a,
+    b,
+    c,
+    judge_readings,
+    judged,
+    quantity,
+    u,
+    v,
+)
 
 phi, across, lengthwise, zero = (
     quantity(n, k) for n, k in (("phi", "rad"), ("across", "m"), ("along", "m"), ("zero", "m"))

@@ -18,11 +18,9 @@ from derive.audit.reading_search import (
     fold_terms,
     is_fragile,
     judge_linked_readings,
-    judge_readings,
     list_reasons,
 )
 from derive.audit.record import describe_law_cause, group_causes
-from derive.audit.record import record_equation as recorded
 from derive.equations import Definition, Equation, derived_equation, stated_equation
 from planter.kernels import generated
 from tests.support.made_up import (
@@ -35,7 +33,9 @@ from tests.support.made_up import (
     c,
     d,
     e,
+    judge_readings,
     judged,
+    record_equation,
     t,
     u,
     v,
@@ -442,7 +442,7 @@ def test_record_shows_remainder_of_each_reading() -> None:
     case_ = open_case(
         a * u, Reading("as derived"), Reading("two terms more", derived={a: a + b + c * sp.sin(v)})
     )
-    first, second = recorded(case_, "1", "key")["depends"]
+    first, second = record_equation(case_, "1")["depends"]
     assert (first["verdict"], first["finding"]) == ("confirmed", "no difference left")
     assert second["finding"].endswith(": 2 missing")
 

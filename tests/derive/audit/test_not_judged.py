@@ -16,10 +16,9 @@ import sympy as sp
 from derive.audit import key, record, verdicts
 from derive.audit.case import Case
 from derive.audit.paper import Cycle, Dynamics, Law, Paper, Reading
-from derive.audit.reading_search import judge_readings
 from derive.chain import Chain
 from derive.equations import derived_equation
-from tests.support.made_up import MadeUp, MadeUpClaim, a, b, c, u, x
+from tests.support.made_up import MadeUp, MadeUpClaim, a, b, c, judge_readings, u, x
 
 ODD = sp.Function("odd")
 
@@ -88,24 +87,6 @@ def test_bad_equation_adds_a_single_line(monkeypatch: pytest.MonkeyPatch) -> Non
     for entry in records.values():
         assert entry.keys() == records["right"].keys()
         assert entry["mathml"].keys() == records["right"]["mathml"].keys()
-
-
-def test_key_error_adds_a_single_line(monkeypatch: pytest.MonkeyPatch) -> None:
-    case = made_up()
-    for number in ("1", "2"):
-        case.paper.defines(number, x, a * u, MadeUpClaim.SUM)
-    of_sides = key.sides_key
-    broken = {"1": RuntimeError("this one has no key")}
-
-    def key_of(case: Case, number: str) -> str:
-        if number in broken:
-            raise broken[number]
-        return of_sides(case, number)
-
-    monkeypatch.setattr(key, "sides_key", key_of)
-    records, _ = audit(case, monkeypatch)
-    assert [records[number]["verdict"] for number in "12"] == ["not judged", "confirmed"]
-    assert "this one has no key" in records["1"]["finding"]
 
 
 def test_unreadable_interpretation_is_the_least_kind() -> None:

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 import sympy as sp
 
-from derive.audit import key, record
+from derive.audit import record
 from derive.audit.case import Case
 from derive.audit.paper import Paper
 from derive.audit.record import find_vanishing_terms
@@ -17,7 +17,19 @@ from derive.audit.verdicts import as_page
 from derive.equations import Definition, Equation, derived_equation
 from derive.evaluate import Point
 from derive.quantity import Quantity
-from tests.support.made_up import MadeUp, MadeUpClaim, a, b, c, quantity, t, u, v, x
+from tests.support.made_up import (
+    MadeUp,
+    MadeUpClaim,
+    a,
+    b,
+    c,
+    quantity,
+    record_equation,
+    t,
+    u,
+    v,
+    x,
+)
 from tests.support.mutations import CASES
 
 push, r = quantity("test_push", "m"), quantity("test_r", "m")
@@ -45,7 +57,7 @@ def equation(residual: sp.Expr, defines: Quantity | None = None) -> Equation:
 
 
 def recorded(case_: Case) -> dict[str, Any]:
-    return record.record_equation(case_, "n", "key")
+    return record_equation(case_, "n")
 
 
 def test_points_differ() -> None:
@@ -66,21 +78,6 @@ def test_derived_side_has_the_printed_form() -> None:
         f"{x - b * v} = 0",
         str(x),
     )
-
-
-def test_key_covers_only_action_names_of_the_equation() -> None:
-    def keyed(called: str, elsewhere: str) -> str:
-        class Acting(MadeUp):
-            def actions(self) -> dict[sp.Symbol, str]:
-                return {a: called, t: elsewhere}
-
-        case_ = case(equation(a - b), a - b)
-        return key.equation_key(
-            Case(case_.paper, Acting({MadeUpClaim.SUM: derived_equation(MadeUpClaim.SUM, a - b)})),
-            "n",
-        )
-
-    assert keyed("push", "pull") == keyed("push", "drag") != keyed("shove", "pull")
 
 
 def test_a_lost_print_shows_the_derivation_alone() -> None:

@@ -12,10 +12,10 @@ import pytest
 import derive.audit
 import derive.papers
 from derive.audit.paper import Paper
-from derive.audit.reading_search import judge_readings
 from derive.audit.typesetting import GREEK
 from derive.generated_folder import GENERATED
 from derive.quantity import _BASE
+from tests.support.made_up import judge_readings
 from tests.support.mutations import CASES, at_its_points, derivable, outcome, untouched
 from tests.support.sampled import sampled
 

@@ -9,8 +9,8 @@ from typing import Any
 
 import pytest
 
-from derive.audit.record import record_equation
 from derive.audit.texts.trial import read_trial
+from tests.support.made_up import record_equation
 
 CRANK = '''
 from derive import Mechanism, quantities
@@ -52,7 +52,7 @@ def judge(folder: Path, *rows: str) -> list[dict[str, Any]]:
     body = "\n".join(f"\\begin{{equation}}\n{row}\n\\end{{equation}}" for row in rows)
     (folder / "text.tex").write_text(body, encoding="utf-8")
     case = read_trial(folder / "text.tex", folder / "stated.py")
-    return [record_equation(case, number, "") for number in case.paper.equations]
+    return [record_equation(case, number) for number in case.paper.equations]
 
 
 def list_verdicts(folder: Path, *rows: str) -> list[str]:

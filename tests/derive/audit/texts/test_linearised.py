@@ -9,8 +9,8 @@ from typing import Any
 
 import pytest
 
-from derive.audit.record import record_equation
 from derive.audit.texts.trial import read_trial
+from tests.support.made_up import record_equation
 
 CART = '''
 from derive import Mechanism, quantities
@@ -50,7 +50,7 @@ def judge(folder: Path, mechanism: str, *rows: str, words: str = "") -> list[dic
     text = "\n\n".join([words, *(f"$$ {row} $$" for row in rows)])
     (folder / "text.md").write_text(text, encoding="utf-8")
     case = read_trial(folder / "text.md", folder / "stated.py")
-    return [record_equation(case, number, "") for number in case.paper.equations]
+    return [record_equation(case, number) for number in case.paper.equations]
 
 
 SOUND = (

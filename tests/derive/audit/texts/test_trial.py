@@ -8,11 +8,11 @@ from pathlib import Path
 import pytest
 
 from derive.audit.judge import holds
-from derive.audit.record import record_equation
 from derive.audit.texts.trial import format_skeleton, read_trial
 from derive.generated_folder import OwnError
 from derive.mechanics.statement import MechanismError
 from tests.support import own
+from tests.support.made_up import record_equation
 
 TEXT = r"""\begin{align}
  s &= r\cos\varphi + l\cos\beta \label{eq:s}\\
@@ -95,9 +95,9 @@ def test_frames_products_and_names_of_a_row_have_their_meaning(tmp_path: Path) -
     case = read_trial(tmp_path / "arm.tex", tmp_path / "arm.py", tmp_path / "arm.toml")
     assert [row.reason for row in case.source.rows] == [""] * 6
     for number, equation in case.paper.equations.items():
-        assert (
-            equation.residual == 0 or record_equation(case, number, "")["verdict"] == "confirmed"
-        ), number
+        assert equation.residual == 0 or record_equation(case, number)["verdict"] == "confirmed", (
+            number
+        )
 
 
 TWICE = r"{}^{N}\omega^{A} \times ({}^{N}\omega^{A} \times \bar{r})"
@@ -204,7 +204,7 @@ def test_motion_of_guided_bodies_is_judged_by_virtual_power(
         (tmp_path / "names.toml").write_text(format_skeleton(read_trial(*call)), encoding="utf-8")
         call = *call, tmp_path / "names.toml"
     case = read_trial(*call)
-    assert [record_equation(case, number, "")["verdict"] for number in ("rate", "motion")] == [
+    assert [record_equation(case, number)["verdict"] for number in ("rate", "motion")] == [
         verdict
     ] * 2
     assert "F_{Ax}" in case.source.explain_unjudged("force")
@@ -232,7 +232,7 @@ def test_functions_of_time_are_judged_after_the_start(
     text = rf"\begin{{equation}} u^2(t) = U^2 \cos^2({factor} w t) \label{{table}} \end{{equation}}"
     (tmp_path / "shaken.tex").write_text(text, encoding="utf-8")
     case = read_trial(tmp_path / "shaken.tex", tmp_path / "shaken.py")
-    assert record_equation(case, "table", "")["verdict"] == verdict
+    assert record_equation(case, "table")["verdict"] == verdict
 
 
 SLIDING = """
