@@ -5,11 +5,11 @@ consistent one.
 from __future__ import annotations
 
 import re
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import reduce
-from typing import Protocol
 
 from ...mechanics.frames import Frame
 from ...quantity import NONE
@@ -66,35 +66,35 @@ class AmbiguousError(FormulaError):
     """A formula with several readings that are all dimensionally consistent, or none that is."""
 
 
-class Meanings(Protocol):
-    """Meanings of names, in an algebra."""
+class Meanings(ABC):
+    """Meanings of names, in an algebra; derivatives are known of exact ones alone."""
 
     algebra: Algebra
 
+    @abstractmethod
     def look_up(self, symbol: Symbol) -> Value:
         """Return the meaning of a name. Raises UnknownNameError if it has none."""
-        ...
 
+    @abstractmethod
     def is_known(self, symbol: Symbol) -> bool:
         """Return whether a name has a meaning."""
-        ...
 
+    @abstractmethod
     def resolve(self, vector: VectorValue, frame: Frame) -> VectorValue:
         """Return a vector along the axes of another frame."""
-        ...
+
+    def find_derivative(self, key: str, build: Callable[[Meanings], Value]) -> Value | None:
+        """Return a derivative that only exact meanings have, by a key of its formula; None where
+        these are exact.
+        """
+        return None
 
     def rate(self, value: Value, seen_from: str = "") -> Value:
         """Return the time derivative of a value, of a vector as a frame sees it.
 
         Raises FormulaError if not known.
         """
-        ...
-
-    def find_derivative(self, key: str, build: Callable[[Meanings], Value]) -> Value | None:
-        """Return a derivative that only exact meanings have, by a key of its formula; None where
-        these are exact.
-        """
-        ...
+        raise FormulaError("a derivative has no values at points")
 
     def partial(self, value: Scalar, symbol: Symbol) -> Value:
         """Return the partial derivative of a value to a name, a column of them to a name of a
@@ -102,14 +102,14 @@ class Meanings(Protocol):
 
         Raises FormulaError if the name is none of the variables.
         """
-        ...
+        return self.rate(value)
 
     def total(self, value: Value, symbol: Symbol) -> Value:
         """Return the derivative of a value to a name along the motion.
 
         Raises FormulaError where it may be partial.
         """
-        ...
+        return self.rate(value)
 
 
 def look_up_spelling(names: Meanings, spelling: str) -> Value | None:
