@@ -84,13 +84,6 @@ def changed(case: Case, printed: Equation, count: int, seed: int) -> Iterator[tu
         )
 
 
-def test_examples_are_those_of_the_folder() -> None:
-    assert "slider_crank_paper" in PAPERS
-    assert {
-        (paper, number) for paper in PAPERS for number in example(paper).paper.equations
-    } == set(NUMBERS)
-
-
 @pytest.mark.parametrize(("paper", "number"), NUMBERS)
 def test_equation_without_claim_is_judged_by_values(paper: str, number: str) -> None:
     case = example(paper)

@@ -12,7 +12,7 @@ import sympy as sp
 
 from derive.audit.case import Case, references
 from derive.audit.judge import FAULTS, Judgement, judge_equation
-from derive.audit.paper import Paper, Reading, Subject
+from derive.audit.paper import Paper, Reading
 from derive.audit.reading_search import (
     Outcome,
     fold_terms,
@@ -53,14 +53,6 @@ def outcome(case_: Case) -> Outcome:
     return judge_readings(case_, "1")
 
 
-def load_schema(name: str, *numbers: str) -> list[dict[str, Any]]:
-    """The committed records of some equations of a paper, in this order."""
-    records = {
-        r["equation"]: r for r in generated.sidecar("audit")["equations"] if r["paper"] == name
-    }
-    return [records[number] for number in numbers]
-
-
 def only(case_: Case, *numbers: str) -> Case:
     """A paper that leaves only the first question of the first of some equations open, in these
     alone.
@@ -81,29 +73,26 @@ def open_case(printed: sp.Expr, *readings: Reading) -> Case:
     return case_
 
 
-def test_the_kindest_reading_decides_and_all_are_shown() -> None:
-    result = outcome(
-        open_case(b * u, Reading("b is a width"), Reading("b is the length a", {b: a}))
-    )
-    assert result.kindest.judgement.verdict == "confirmed"
-    assert result.kindest.choice.meaning == "b is the length a"
-    assert [h.judgement.verdict for h in result.alternatives] == ["misprint", "confirmed"]
-    assert not result.robust
-
-
 def test_a_verdict_is_robust_where_all_readings_give_it() -> None:
     result = outcome(open_case(b * u, Reading("b is a width"), Reading("b is twice a", {b: 2 * a})))
     assert [h.judgement.verdict for h in result.alternatives] == ["misprint", "misprint"]
     assert result.robust
 
 
-def test_a_reading_may_be_of_the_derivation_or_of_the_text() -> None:
-    derivation = outcome(
-        open_case(b * u, Reading("as derived"), Reading("another mechanism", derived={a: b}))
-    )
-    assert [h.judgement.verdict for h in derivation.alternatives] == ["misprint", "confirmed"]
-    text = outcome(open_case(b * u, Reading("as read"), Reading("read otherwise", text=x - a * u)))
-    assert [h.judgement.verdict for h in text.alternatives] == ["misprint", "confirmed"]
+@pytest.mark.parametrize(
+    "reading",
+    [
+        Reading("another mechanism", derived={a: b}),
+        Reading("read otherwise", text=x - a * u),
+        Reading("b is the length a", {b: a}),
+    ],
+)
+def test_readings_are_of_symbols_the_derivation_or_the_text(reading: Reading) -> None:
+    """The kindest decides, and all are shown."""
+    result = outcome(open_case(b * u, Reading("as read"), reading))
+    assert [h.judgement.verdict for h in result.alternatives] == ["misprint", "confirmed"]
+    assert result.kindest.choice.meaning == reading.meaning
+    assert not result.robust
 
 
 def test_two_questions_have_every_pair_of_answers() -> None:
@@ -213,34 +202,11 @@ def test_each_question_has_a_single_committed_answer(name: str) -> None:
         assert len(meanings) == 1, question.numbers
 
 
-def test_hinge_forces_of_both_halves_confirm_the_planet_balances() -> None:
-    """The funnel takes the forces of both halves: so read, two balances hold and one has a wrong
-    character.
-    """
-    records = load_schema("wang2017", "17", "18", "19", "20")
-    assert [r["verdict"] for r in records] == ["confirmed", "misprint", "confirmed", "incomplete"]
-    assert records[1]["correction"] == ["y_B1 for x_B1"]
-    assert {t["term"] for t in records[3]["terms"]} == {"F_Ex*y_E - M_Az", "-M_Aoz"}, (
-        "-F_Ex*y_E is printed"
-    )
-    assert all(r["depends"][0]["verdict"] == "incomplete" for r in records), (
-        "the inner half's alone"
-    )
-    case_ = CASES["wang2017"]
-    assert [h.judgement.verdict for h in judge_readings(only(case_, "17"), "17").alternatives] == [
-        "incomplete",
-        "confirmed",
-    ]
-
-
-def test_force_in_z_has_the_same_sign_in_both_balances() -> None:
-    """Against z' (7) has one slip less, and (19) one more: it has no such sense in (7) alone."""
-    assert {"7", "19"} <= {*CASES["wang2017"].linked("17")}
-    seventh, nineteenth = load_schema("wang2017", "7", "19")
-    with_axis, against = seventh["depends"]
-    assert with_axis["finding"].count(";") == against["finding"].count(";") + 1
-    assert seventh["answer"] == with_axis["reading"]
-    assert with_axis["reading"] in nineteenth["answer"]
+def test_hinge_forces_of_both_halves_confirm_a_planet_balance() -> None:
+    """The funnel takes the forces of both halves, not the inner half's alone."""
+    outcome_ = judge_readings(only(CASES["wang2017"], "17"), "17")
+    verdicts = [hearing.judgement.verdict for hearing in outcome_.alternatives]
+    assert verdicts == ["incomplete", "confirmed"]
 
 
 def test_chain_and_equations_share_readings() -> None:
@@ -262,16 +228,6 @@ def test_chain_and_equations_share_readings() -> None:
         CASES["shi2021"].read_chains({})
 
 
-def test_open_questions_list_dependent_equations() -> None:
-    for name, numbers in {
-        "shi2021": ("B1", "B2", "12"),
-        "wang2017": ("x_E", "z_E"),
-        "sun2019": ("d1", "d2"),
-    }.items():
-        assert not any(r["robust"] for r in load_schema(name, *numbers)), name
-    assert load_schema("yu2023", "W1")[0]["robust"]
-
-
 # a single character, pieces completed, definitions
 
 
@@ -288,24 +244,6 @@ def test_fragile_finding_depends_on_a_single_character(
     printed: sp.Expr, meant: sp.Expr, fragile: bool
 ) -> None:
     assert is_fragile(judged(printed, meant)) is fragile
-
-
-@pytest.mark.long
-def test_dots_and_indices_of_the_papers_are_single_characters() -> None:
-    numbered = {
-        (n, e)
-        for n, numbers in {"wang2017": ("7", "18"), "shi2021": ("9", "8b")}.items()
-        for e in numbers
-    }
-    assert all(
-        is_fragile(judge_readings(CASES[name], number).kindest.judgement)
-        for name, number in numbered
-    )
-    symbols = (("wang2017", "P1"), ("shi2021", "Y_C"))
-    assert not any(
-        is_fragile(judge_readings(CASES[name], number).kindest.judgement)
-        for name, number in symbols
-    )
 
 
 def test_completed_equation_is_confirmed_as_rebuilt() -> None:
@@ -413,7 +351,6 @@ def test_assumed_shape_of_the_shaft_needs_a_hinged_end() -> None:
     """Clamped or held elastically it would have another slope: only a bearing in which it turns
     freely admits it.
     """
-    assert [r["verdict"] for r in load_schema("shi2021", "9", "10")] == ["misprint", "confirmed"]
     judged = judge_readings(only(CASES["shi2021"], "10"), "10")
     assert [h.judgement.loose for h in judged.alternatives] == [("slope at the bearing",)] * 2 + [
         ()
@@ -423,13 +360,6 @@ def test_assumed_shape_of_the_shaft_needs_a_hinged_end() -> None:
 def test_end_of_a_beam_starts_with_the_speed_of_the_body() -> None:
     overhang, end = judge_readings(CASES["shi2021"], "start").alternatives
     assert (overhang.judgement.verdict, end.judgement.verdict) == ("contradicted", "confirmed")
-
-
-def test_crank_gear_rotation_has_a_consistent_sign() -> None:
-    records = load_schema("shi2021", "6", "7a", "7b")
-    assert [r["verdict"] for r in records] == ["contradicted", "misprint", "confirmed"]
-    assert [r["depends"][0]["verdict"] for r in records] == ["contradicted", "misprint", "misprint"]
-    assert len({r["answer"] for r in records}) == 1
 
 
 def test_first_missing_term_is_named_without_a_force() -> None:
@@ -499,13 +429,6 @@ def test_shared_omission_is_the_cause() -> None:
     ]
 
 
-def test_three_equations_without_the_body_share_a_cause() -> None:
-    case_ = CASES["shi2021"]
-    kindest = (outcomes.kindest for outcomes in judge_linked_readings(case_, "B1").values())
-    (reason,) = {list_reasons(hearing.judgement, hearing.printed, {}) for hearing in kindest}
-    assert len(reason) == 1
-
-
 def test_law_sentence_names_largest_share() -> None:
     law = {
         "violation": 5.0,
@@ -536,12 +459,3 @@ def test_reference_to_unrelated_equations_is_refuted() -> None:
         ["2"],
     )
     assert (second["verdict"], second["lacking"]) == ("can be meant", [])
-
-
-def test_the_bars_do_not_come_from_the_places() -> None:
-    (reference,) = references(CASES["yu2023"])
-    assert (reference["lacking"], reference["instead"]) == (["L1", "L2"], ["11a", "11b"])
-
-
-def test_subject_has_no_supports_by_default() -> None:
-    assert Subject.constraint_residuals(MadeUp({}), MadeUpClaim.SUM, a) == {}
