@@ -31,7 +31,7 @@ from ...evaluate import DIGITS, TOLERANCE, NotEvaluated, Point
 from ...generated_folder import OwnError
 from ..judge import holds
 from .changes import SLIPS, PrintedFormula, list_rewrites
-from .corrections import UNREADABLE, find_repairs
+from .corrections import UNREADABLE
 from .documents import SUFFIXES, read_document
 from .formula import expand_matrix_macros, read_formula
 from .interpretation import interpret_formula
@@ -294,13 +294,10 @@ class TextClaims:
         outcome = self.judge(claim)
         if outcome != "fails" or not claim.correct:
             return CheckerAnswer(outcome)
-        macros, names = self.printed.document.macros, self._names[claim.row]
-        index = next(
-            i for i, part in enumerate(self.read(claim.latex, claim) or ()) if not self._holds(part)
-        )
-        repair = find_repairs(
-            claim.latex, index, names, self.points, macros, self.vocabulary, self.draw_points
-        )
+        parts = enumerate(self.read(claim.latex, claim) or ())
+        index = next(i for i, part in parts if not self._holds(part))
+        names = self._names[claim.row]
+        repair = self.printed.correct(claim.latex, index, names, self.points, self.draw_points)
         return CheckerAnswer(
             outcome, repair is not None and self.is_same(repair.latex, claim.correct, claim)
         )

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from types import ModuleType
-from typing import Any
+from typing import Any, TypeVar
 
 import mpmath
 import numpy as np
@@ -58,6 +58,7 @@ STEMS = {
 LONGEST_MEANING = 10_000
 """Characters of the meaning of a name."""
 Stated = Mechanism | Formulas
+T = TypeVar("T", Frame, Place)
 
 
 def find_stated(module: ModuleType) -> Stated:
@@ -223,24 +224,20 @@ class StatedNames(Meanings):
     @cached_property
     def frames(self) -> dict[str, Frame]:
         """Frames of the mechanism by name: those that its file names, and the world."""
-        parts = vars(self.module).values() if self.module else ()
-        matches = {part.name: part for part in parts if isinstance(part, Frame)}
-        named = {
-            name: part
-            for name, part in vars(self.module or object).items()
-            if isinstance(part, Frame)
-        }
         world = {"world": self.stated.world} if isinstance(self.stated, Mechanism) else {}
-        return {**named, **matches, **world}
+        return self._list_parts(Frame) | world
 
     @cached_property
     def places(self) -> dict[str, Place]:
         """Points of the mechanism by name."""
-        variables = vars(self.module) if self.module else {}
-        named = {name: part for name, part in variables.items() if isinstance(part, Place)}
-        matches = {part.name: part for part in variables.values() if isinstance(part, Place)}
         origin = {"O": self.stated.O} if isinstance(self.stated, Mechanism) else {}
-        return {**named, **matches, **origin}
+        return self._list_parts(Place) | origin
+
+    def _list_parts(self, kind: type[T]) -> dict[str, T]:
+        """Return the frames or points that the file has, by its names and by their own."""
+        variables = vars(self.module) if self.module else {}
+        parts = {name: part for name, part in variables.items() if isinstance(part, kind)}
+        return parts | {str(getattr(part, "name", "")): part for part in parts.values()}
 
     def with_meanings(self, meanings: Mapping[str, str]) -> StatedNames:
         """Return the names of a row in which some have other meanings than elsewhere in the
