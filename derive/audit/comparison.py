@@ -320,12 +320,8 @@ SIMPLE = 12
 """Largest numerator and denominator of a factor that a print may have lost, or of its square."""
 
 
-@dataclass(frozen=True)
-class Explained:
-    """A comparison after edits of which each left fewer terms without their like."""
-
-    comparison: Comparison
-    edits: tuple[Edit, ...] = ()
+Explained = tuple[Comparison, tuple[Edit, ...]]
+"""A comparison after edits of which each left fewer terms without their like."""
 
 
 def explain_by_edits(start: Comparison, first: list[Edit], words: list[Quantity]) -> Explained:
@@ -334,13 +330,12 @@ def explain_by_edits(start: Comparison, first: list[Edit], words: list[Quantity]
     What is taken away explains nothing of a print that lacks something besides: such edits count
     only where the two sides then say the same.
     """
-    changed = _followed(start, [edit for edit in first if not edit.removes], words, removing=False)
-    if changed.comparison.same or not changed.comparison.struck().printed:
-        return changed
-    shorter = _followed(changed.comparison, changed.comparison.edits(words), words, removing=True)
-    if shorter.comparison.same:
-        return Explained(shorter.comparison, (*changed.edits, *shorter.edits))
-    return changed
+    kept = [edit for edit in first if not edit.removes]
+    changed, edits = _followed(start, kept, words, removing=False)
+    if changed.same or not changed.struck().printed:
+        return changed, edits
+    shorter, further = _followed(changed, changed.edits(words), words, removing=True)
+    return (shorter, (*edits, *further)) if shorter.same else (changed, edits)
 
 
 def _followed(
@@ -349,23 +344,18 @@ def _followed(
     """Again and again the edit that leaves least, while there is one that leaves less than nothing
     done.
     """
-    explained, candidates = Explained(start), first
-    while len(explained.edits) < MOST_EDITS:
-        scaled = _scaled(explained.comparison, explained.comparison.struck())
-        better = _best(
-            explained.comparison, [*candidates, *_grouped(explained.comparison), *scaled], removing
-        )
+    current, edits, candidates = start, list[Edit](), first
+    while len(edits) < MOST_EDITS:
+        scaled = _scaled(current, current.struck())
+        better = _best(current, [*candidates, *_grouped(current), *scaled], removing)
         if better is None:
             break
-        explained = Explained(
-            explained.comparison.edited(better.result), (*explained.edits, better)
-        )
-        if explained.comparison.same:
+        current = current.edited(better.result)
+        edits.append(better)
+        if current.same:
             break
-        candidates = [
-            edit for edit in explained.comparison.edits(words) if removing or not edit.removes
-        ]
-    return explained
+        candidates = [edit for edit in current.edits(words) if removing or not edit.removes]
+    return current, tuple(edits)
 
 
 def _best(at: Comparison, candidates: list[Edit], removing: bool) -> Edit | None:

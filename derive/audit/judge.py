@@ -499,26 +499,16 @@ def _corrected(
     residual.
     """
     first = start.edits(words)
-    explanation = explain_by_edits(start, first, words)
-    if explanation.comparison.same and not (
-        start.bounds and len(explanation.edits) > MOST_OF_A_CONDITION
-    ):
-        return _misprint(
-            [(*done, *(edit.text for edit in explanation.edits))], remark, explanation.edits
-        )
-    pairs = (
-        _pairs(start, first, words) if explanation.comparison.struck().printed and not done else []
-    )
+    explained, edits = explain_by_edits(start, first, words)
+    correction = (*done, *(edit.text for edit in edits))
+    if explained.same and not (start.bounds and len(edits) > MOST_OF_A_CONDITION):
+        return _misprint([correction], remark, edits)
+    pairs = _pairs(start, first, words) if explained.struck().printed and not done else []
     if pairs:
         return _misprint([(first.text, second.text) for first, second in pairs], remark, pairs[0])
     if start.bounds:
         return _another_condition(start, remark)
-    return _left_over(
-        explanation.comparison,
-        (*done, *(edit.text for edit in explanation.edits)),
-        explanation.edits,
-        remark,
-    )
+    return _left_over(explained, correction, edits, remark)
 
 
 def _another_condition(start: Comparison, remark: str) -> Judgement:

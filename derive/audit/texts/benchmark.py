@@ -19,6 +19,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
 from functools import partial
+from itertools import chain
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any, Literal
@@ -339,21 +340,16 @@ def _are_proportional(first: Expr, second: Expr) -> bool:
         return all(abs(ratio - ratios[0]) <= TOLERANCE * abs(ratios[0]) for ratio in ratios)
 
 
-@dataclass(frozen=True)
-class TextResult:
-    """A text's part of the result, its claims, and the answers to them by checker."""
-
-    summary: dict[str, Any]
-    claims: tuple[BenchmarkClaim, ...]
-    answers: Mapping[str, tuple[CheckerAnswer, ...]]
-
-
+Answers = Mapping[str, tuple[CheckerAnswer, ...]]
+"""The answers to claims by checker."""
 OWN, UNITS = "planter", "units"
 
 
-def judge_corpus_text(text: CorpusText, slips: int, seed: int) -> TextResult:
-    """Return claims of a text, with `slips` slips of all classes together, and the answers of this
-    audit.
+def judge_corpus_text(
+    text: CorpusText, slips: int, seed: int
+) -> tuple[dict[str, Any], tuple[BenchmarkClaim, ...], Answers]:
+    """Return a text's part of the result, its claims, with `slips` slips of all classes together,
+    and the answers of this audit.
     """
     audit = TextClaims(text)
     claims = (*audit.sound, *audit.errata, *audit.draw(slips, seed))
@@ -372,7 +368,7 @@ def judge_corpus_text(text: CorpusText, slips: int, seed: int) -> TextResult:
         "errata": len(audit.errata),
         "seconds": audit.seconds + time.perf_counter() - begun,
     }
-    return TextResult(summary, claims, answers)
+    return summary, claims, answers
 
 
 def run_benchmark(
@@ -390,15 +386,16 @@ def run_benchmark(
     judge = partial(judge_corpus_text, slips=-(-slips // len(present)), seed=seed)
     with ProcessPoolExecutor(mp_context=get_context("spawn")) as pool:
         results = list(pool.map(judge, present))
-    claims = [claim for result in results for claim in result.claims]
+    summaries, claims_by_text, answers_by_text = zip(*results, strict=True)
+    claims = list(chain.from_iterable(claims_by_text))
     by_checker = {
-        name: [a for result in results for a in result.answers[name]] for name in (OWN, UNITS)
+        name: [a for by_name in answers_by_text for a in by_name[name]] for name in (OWN, UNITS)
     }
     if answers is not None:
         by_checker[answers.stem] = _read_answers(answers, claims)
     return {
         "seed": seed,
-        "texts": [result.summary for result in results],
+        "texts": summaries,
         "absent": [text.name for text in corpus if text.file is None],
         "checkers": {
             name: score_answers(claims, answered) for name, answered in by_checker.items()

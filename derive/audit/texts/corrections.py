@@ -14,6 +14,7 @@ import numpy as np
 
 from ...evaluate import Point
 from ..judge import holds
+from ..paper import Repair
 from .changes import (
     FURTHER,
     LIKELY,
@@ -75,17 +76,6 @@ MOST_TOKENS = 400_000
 """Tokens of all candidates of a group of changes, each of which is read again: fewer candidates of
 a longer row.
 """
-
-
-@dataclass(frozen=True)
-class Repair:
-    """A change of a row: its LaTeX after it, the change in words, and other changes that would do
-    as well.
-    """
-
-    latex: str
-    text: str
-    alternatives: tuple[str, ...] = ()
 
 
 def find_repairs(

@@ -62,10 +62,6 @@ class UnknownNameError(FormulaError):
         self.symbol = symbol
 
 
-class AmbiguousError(FormulaError):
-    """A formula with several readings that are all dimensionally consistent, or none that is."""
-
-
 class Meanings(ABC):
     """Meanings of names, in an algebra; derivatives are known of exact ones alone."""
 
@@ -188,8 +184,8 @@ def interpret_formula(chain: RelationChain, meanings: Meanings) -> Read:
 
     If none is consistent, a reading counts only if all others multiply or add what cannot be.
 
-    Raises UnknownNameError for a name without a meaning, AmbiguousError if readings that differ are
-    equally consistent, FormulaError for an operation that has no meaning.
+    Raises UnknownNameError for a name without a meaning, FormulaError for an operation that has no
+    meaning, and if readings that differ are equally consistent.
     """
     readings: list[Read] = []
     inconsistent: list[Read] = []
@@ -223,12 +219,10 @@ def interpret_formula(chain: RelationChain, meanings: Meanings) -> Read:
     if len(distinct) == 1:
         return distinct[0]
     if distinct:
-        raise AmbiguousError("it can be read in several ways that all fit the units: add brackets")
+        raise FormulaError("it can be read in several ways that all fit the units: add brackets")
     if failures and not inconsistent:
         raise failures[0]
-    raise AmbiguousError(
-        "it can be read in several ways of which none fits the units: add brackets"
-    )
+    raise FormulaError("it can be read in several ways of which none fits the units: add brackets")
 
 
 def _same(first: Read, second: Read, meanings: Meanings) -> bool:
@@ -251,7 +245,7 @@ def _list_readers(chain: RelationChain, meanings: Meanings) -> Iterator[Interpre
         if not answers:
             return
         answers[-1] += 1
-    raise AmbiguousError("it can be read in too many ways: add brackets")
+    raise FormulaError("it can be read in too many ways: add brackets")
 
 
 @dataclass

@@ -202,10 +202,6 @@ def _section(content: Mapping[str, Any], name: str, path: Path) -> dict[str, Any
     return section
 
 
-class MeaningError(ValueError):
-    """A meaning that cannot be understood."""
-
-
 @dataclass
 class StatedNames(Meanings):
     """Names of a text as expressions of a mechanism's quantities, or of formulas.
@@ -467,7 +463,6 @@ class StatedNames(Meanings):
                     check_expanded(scalar.value)
             return value
         except (
-            MeaningError,
             OperandError,
             FormulaError,
             ValueError,
@@ -497,7 +492,7 @@ class StatedNames(Meanings):
             return self._operate(node.op, self._evaluated(node.left), self._evaluated(node.right))
         if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and not node.keywords:
             return self._called(node.func.id, [self._evaluated(argument) for argument in node.args])
-        raise MeaningError("write names, numbers, + - * / **, functions and brackets")
+        raise ValueError("write names, numbers, + - * / **, functions and brackets")
 
     def _operate(self, kind: ast.operator, left: Any, right: Any) -> Value:
         if isinstance(left, Value) and isinstance(right, Value):
@@ -511,7 +506,7 @@ class StatedNames(Meanings):
                 return multiply_values(left, "", right.inverse(), self.resolve)
             if isinstance(kind, ast.Pow) and isinstance(left, Scalar) and isinstance(right, Scalar):
                 return left.power(right)
-        raise MeaningError("an operation between things that it is not defined for")
+        raise ValueError("an operation between things that it is not defined for")
 
     def _named(self, name: str) -> Any:
         if name in self.quantities:
@@ -525,12 +520,12 @@ class StatedNames(Meanings):
 
         close = get_close_matches(name, [*self.quantities, *self.frames, *self.places], 3)
         hint = f"; near it: {', '.join(close)}" if close else ""
-        raise MeaningError(f"{self.stated.name} has nothing called {name}{hint}")
+        raise ValueError(f"{self.stated.name} has nothing called {name}{hint}")
 
     def _called(self, function: str, arguments: list[Any]) -> Any:
         if function in SYMBOLIC.functions or function == "sqrt":
             if not all(isinstance(argument, Scalar) for argument in arguments):
-                raise MeaningError(f"{function} needs numbers")
+                raise ValueError(f"{function} needs numbers")
             if function == "sqrt":
                 return arguments[0].power(Scalar(sp.Rational(1, 2)))
             if function in ("exp", "sinh", "cosh", "tanh"):
@@ -549,10 +544,10 @@ class StatedNames(Meanings):
             kinds = (*needed, *further)[: max(len(arguments), len(needed))]
             if len(kinds) != len(arguments) or not all(map(isinstance, arguments, kinds)):
                 words = ", ".join(KINDS[kind] for kind in needed)
-                raise MeaningError(f"it needs {words} in brackets")
+                raise ValueError(f"it needs {words} in brackets")
             return operation(self.stated, *arguments)
         functions = ", ".join((*SYMBOLIC.functions, "sqrt", "rate", "matrix", *GEOMETRY))
-        raise MeaningError(f"{function} is not known; known are {functions}")
+        raise ValueError(f"{function} is not known; known are {functions}")
 
 
 def _build_matrix(arguments: list[Any]) -> MatrixValue:
@@ -560,10 +555,10 @@ def _build_matrix(arguments: list[Any]) -> MatrixValue:
     rows as entries.
     """
     if len(arguments) < 2 or not all(isinstance(argument, Scalar) for argument in arguments):
-        raise MeaningError("matrix needs the number of its rows and its entries, row by row")
+        raise ValueError("matrix needs the number of its rows and its entries, row by row")
     rows, *entries = arguments
     if not (rows.value.is_Integer and rows.value > 0) or len(entries) % rows.value:
-        raise MeaningError(f"{len(entries)} entries do not fill {rows.value} rows")
+        raise ValueError(f"{len(entries)} entries do not fill {rows.value} rows")
     width = len(entries) // int(rows.value)
     return MatrixValue(
         tuple(tuple(entries[at : at + width]) for at in range(0, len(entries), width))
@@ -589,7 +584,7 @@ def _axis(_: Mechanism, frame: Frame, number: Scalar) -> VectorValue:
 
 def _index(number: Scalar, subject: str) -> int:
     if number.value not in (1, 2, 3):
-        raise MeaningError(f"{subject} is 1, 2 or 3")
+        raise ValueError(f"{subject} is 1, 2 or 3")
     return int(number.value) - 1
 
 

@@ -23,12 +23,12 @@ from ...quantity import Quantity
 from ..case import Case
 from ..comparison import Comparison
 from ..judge import holds
-from ..paper import Paper, Subject
+from ..paper import Paper, Repair, Subject
 from ..user_mechanism.motions import ConfigurationSubject
 from ..user_mechanism.subject import MechanismSubject
 from ..user_mechanism.trial import SECONDS, build_subject, trial
-from .corrections import Repair, find_repairs
-from .documents import Row, TextDocument, TextError, list_rows, read_document
+from .corrections import find_repairs
+from .documents import Row, TextDocument, list_rows, read_document
 from .formula import (
     Bracket,
     Derivative,
@@ -204,10 +204,7 @@ def read_trial(text: str | Path, against: str | Path, names: str | Path | None =
     spell. Raises OwnError, which names the file, for a text, names or a mechanism that cannot be
     used.
     """
-    try:
-        document = read_document(Path(text))
-    except TextError as error:
-        raise OwnError(str(error)) from None
+    document = read_document(Path(text))
     table = NameTable() if names is None else read_name_table(Path(names))
     module = load_module(Path(against))
     stated = find_stated(module)

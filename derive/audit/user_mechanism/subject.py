@@ -11,8 +11,8 @@ from __future__ import annotations
 import random
 from abc import abstractmethod
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
-from functools import cache, cached_property, partial
+from dataclasses import replace
+from functools import cache, cached_property
 from itertools import combinations, groupby
 
 import mpmath
@@ -184,7 +184,7 @@ def build_dynamics(
     laws = [law for law in laws if any(gap.free_symbols & affected for gap in law.gaps)]
     values = {name: _list_values(cycle) for name, cycle in cycles.items()}
     balances = [e.residual for e in mechanism.equations() if isinstance(e.claims, Balance)]
-    sizes = {name: Magnitudes.from_values(balances, at) for name, at in values.items()}
+    sizes = {name: _find_magnitudes(balances, at) for name, at in values.items()}
     scaled = tuple(_scale_law(law, values[law.cycle], sizes[law.cycle]) for law in laws)
     claims = {
         e.claims: replace(e, residual=e.residual - residual_symbol(e))
@@ -291,40 +291,18 @@ def _list_values(cycle: Cycle) -> Arrays:
     return values
 
 
-@dataclass(frozen=True)
-class Magnitudes:
-    """Largest force [N], length [m] and speed of turning [rad/s] of a motion, to which rounding
-    errors are relative.
+def _find_magnitudes(balances: Iterable[Expr], values: Arrays) -> dict[str, float]:
+    """Return by unit the magnitudes of a motion to which rounding errors are relative: of the terms
+    of all balances of forces, of lengths and speeds of turning, and of products of these.
     """
-
-    force: float
-    length: float
-    turning: float
-
-    @classmethod
-    def from_values(cls, balances: Iterable[Expr], values: Arrays) -> Magnitudes:
-        """Return the magnitudes of the terms of all balances of forces, and of all lengths and
-        speeds.
-        """
-        forces = [residual for residual in balances if dimension(residual) == of_unit("N")]
-        lengths, turnings = (
-            [q for q in values if getattr(q, "unit", "") == unit] for unit in ("m", "rad/s")
-        )
-        largest = partial(_largest_term, values=values)
-        return cls(largest(forces), largest(lengths), largest(turnings))
-
-    def find_scale(self, unit: str) -> float:
-        """Return the magnitude of what is in a unit of force, moment, power, speed or length; else
-        none.
-        """
-        force, length, turning = self.force, self.length, self.turning
-        sizes = {
-            "N": force,
-            "N m": force * length,
-            "J": force * length,
-            "W": force * length * turning,
-        }
-        return (sizes | {"m": length, "m/s": length * turning}).get(unit, 0.0)
+    forces = [residual for residual in balances if dimension(residual) == of_unit("N")]
+    lengths, turnings = (
+        [q for q in values if getattr(q, "unit", "") == unit] for unit in ("m", "rad/s")
+    )
+    force, length, turning = (_largest_term(some, values) for some in (forces, lengths, turnings))
+    moment = force * length
+    forces_by_unit = {"N": force, "N m": moment, "J": moment, "W": moment * turning}
+    return forces_by_unit | {"m": length, "m/s": length * turning}
 
 
 def _largest_term(gaps: Iterable[Expr], values: Arrays) -> float:
@@ -344,13 +322,13 @@ thousand times that of a single operation.
 """
 
 
-def _scale_law(law: Law, values: Arrays, sizes: Magnitudes) -> Law:
+def _scale_law(law: Law, values: Arrays, sizes: Mapping[str, float]) -> Law:
     """Return a law with the size of its largest term in the motion, no less than the rounding of
     all forces.
     """
     return replace(
         law,
-        scale=max(_largest_term(law.gaps, values), ROUNDING * sizes.find_scale(law.unit)) or 1.0,
+        scale=max(_largest_term(law.gaps, values), ROUNDING * sizes.get(law.unit, 0.0)) or 1.0,
     )
 
 
