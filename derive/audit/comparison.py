@@ -330,8 +330,8 @@ def explain_by_edits(start: Comparison, first: list[Edit], words: list[Quantity]
     What is taken away explains nothing of a print that lacks something besides: such edits count
     only where the two sides then say the same.
     """
-    kept = [edit for edit in first if not edit.removes]
-    changed, edits = _followed(start, kept, words, removing=False)
+    replacements = [edit for edit in first if not edit.removes]
+    changed, edits = _followed(start, replacements, words, removing=False)
     if changed.same or not changed.struck().printed:
         return changed, edits
     shorter, further = _followed(changed, changed.edits(words), words, removing=True)

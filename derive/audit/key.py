@@ -35,7 +35,7 @@ def engine_key(*modules: str) -> str:
     """Hash of the code of modules and of all that they import from this package, and of SymPy's
     version.
     """
-    return _hashed([sp.__version__, *(_content(path) for path in sorted(sources(modules)))])
+    return _hashed([sp.__version__, *(_content(path) for path in sorted(list_sources(modules)))])
 
 
 def _content(path: Path) -> str:
@@ -79,7 +79,7 @@ def _is_docstring(node: object) -> bool:
     )
 
 
-def sources(modules: Iterable[str]) -> set[Path]:
+def list_sources(modules: Iterable[str]) -> set[Path]:
     """Files of modules and of all that they import from this package or from their own."""
     waiting, paths = set(modules), set[Path]()
     packages = {name.partition(".")[0] for name in (__name__, *waiting)}

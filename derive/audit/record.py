@@ -273,11 +273,11 @@ def _build_record(
     printed: Equation,
     judgement: Judgement,
     key: str,
-    statements: Mapping[str, Any],
+    parts: Mapping[str, Any],
     **facts: Any,
 ) -> Record:
     """Return a record of statements, which stand in it as text and typeset, and of facts."""
-    said = {
+    statements = {
         "printed": "",
         "derived": "",
         "corrected": "",
@@ -288,9 +288,9 @@ def _build_record(
         "terms": [],
         "unexplained": [],
         "vanishing": [],
-        **statements,
+        **parts,
     }
-    texts = _convert(said, str)
+    texts = _convert(statements, str)
     record = {
         "paper": case.paper.name,
         "equation": printed.number,
@@ -316,7 +316,7 @@ def _build_record(
         "derived": texts["derived"],
         "defines": str(printed.defines or ""),
         "key": key,
-        MATHML: _convert(said, typeset_sentence),
+        MATHML: _convert(statements, typeset_sentence),
     }
     return record | facts
 

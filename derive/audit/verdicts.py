@@ -14,7 +14,7 @@ from types import ModuleType
 from typing import Any
 
 from . import key
-from .case import Case, references
+from .case import Case, judge_references
 from .judge import FAULTS, UNJUDGED
 from .laws import ChainLaws, attempted_violation, judge_laws, record_untried_law
 from .record import (
@@ -329,7 +329,9 @@ def judge_cases(modules: Iterable[ModuleType], committed: Path | None = None) ->
     records, laws = judge_modules(modules_, reusable, committed_records.get("laws", []))
     papers = {case.paper.name: _about(case) for case in find_cases(modules_).values()}
     titles = {name: about["title"] for name, about in papers.items()}
-    cross = [reference for case in find_cases(modules_).values() for reference in references(case)]
+    cross = [
+        reference for case in find_cases(modules_).values() for reference in judge_references(case)
+    ]
     rows = [
         row
         for c in find_cases(modules_).values()
@@ -381,15 +383,15 @@ def judge_modules(
         @cache
         def pool() -> Executor:
             return open_pools.enter_context(
-                ProcessPoolExecutor(initializer=load, initargs=(places,))
+                ProcessPoolExecutor(initializer=load_modules, initargs=(places,))
             )
 
         for m in sorted(cases, key=lambda m: cases[m].chains is None):
             case, name = cases[m], cases[m].paper.name
             equations = case.paper.equations
-            known = {n: known_records.get((name, n), {}) for n in equations}
-            if all(is_reusable(record, keys[m]) for record in known.values()):
-                records[m] = known
+            old = {n: known_records.get((name, n), {}) for n in equations}
+            if all(is_reusable(record, keys[m]) for record in old.values()):
+                records[m] = old
             else:
                 groups = dict.fromkeys(map(case.linked, equations))
                 tasks[m] = [pool().submit(_equations, m, group, keys[m]) for group in groups]
@@ -425,7 +427,7 @@ def _with_sentence(law: Record, equations: Iterable[Record]) -> Record:
     }
 
 
-def load(places: Iterable[Place]) -> None:
+def load_modules(places: Iterable[Place]) -> None:
     """Load modules that are not loaded yet, as in a process that is not forked: each from its
     file.
     """

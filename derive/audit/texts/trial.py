@@ -119,9 +119,9 @@ class PrintedText:
         if number not in self._repairs:
             place = self.places[number]
             row = place.row.row
-            known = self._outcomes.setdefault(row.number, {})
+            outcomes = self._outcomes.setdefault(row.number, {})
             self._repairs[number] = self.correct(
-                row.latex, place.index, place.row.names, points, draw, known
+                row.latex, place.index, place.row.names, points, draw, outcomes
             )
         return self._repairs[number]
 

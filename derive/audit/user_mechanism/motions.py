@@ -36,13 +36,13 @@ from .subject import (
     MechanismSubject,
     Values,
     close_gaps,
-    correct,
     define_lets,
     draw_near,
     draw_values,
     evaluate_steps,
     list_gaps,
     mechanism_values,
+    take_newton_step,
 )
 
 CONTINUATION_STEPS = 36
@@ -149,7 +149,7 @@ class DrivenSubject(MechanismSubject):
     def _evaluate_angles(self, data: Values, angles: Sequence[mpf]) -> Iterator[Values]:
         """Values of all quantities at angles, one after another."""
         loops = self.mechanism.loops
-        along = [q for vector in self.lane.along for q in vector]
+        positions = [q for vector in self.lane.along for q in vector]
         start = {q: Point(data)(sp.sympify(loops.start[q])) for q in loops.values}
         with mpmath.workdps(DIGITS + GUARD):
             last = mpf(0)
@@ -160,8 +160,10 @@ class DrivenSubject(MechanismSubject):
                     between = last + (angle - last) * i / steps
                     values = self._close_loops(values | {self.angle: between})
                 last = angle
-                found = zip(along, (values[q] for q in loops.values), strict=True)
-                yield evaluate_steps(self.lane.steps, {**data, self.angle: angle, **dict(found)})
+                coordinates = zip(positions, (values[q] for q in loops.values), strict=True)
+                yield evaluate_steps(
+                    self.lane.steps, {**data, self.angle: angle, **dict(coordinates)}
+                )
 
     def _close_loops(self, values: Values) -> Values:
         loops = self.mechanism.loops
@@ -484,7 +486,7 @@ class FreeSubject(MechanismSubject):
         try:
             values = close_gaps(values, gaps, positions, self._state_steps)
             if self._speeds:
-                values, _ = correct(values, self._speeds, rates, self._state_steps)
+                values, _ = take_newton_step(values, self._speeds, rates, self._state_steps)
         except ZeroDivisionError:
             raise MechanismError(
                 f"{self.mechanism.name}: constraints follow from one another, or none closes"
@@ -642,8 +644,8 @@ class ConfigurationSubject(Subject):
         values = close_gaps(values | start, gaps, list(start))
         moved = loops.coordinates if self.mechanism.slips else self._solved
         if rates:
-            values, _ = correct(values, rates, [c.rate for c in moved], ())
-            values, _ = correct(values, accelerations, [c.acceleration for c in moved], ())
+            values, _ = take_newton_step(values, rates, [c.rate for c in moved], ())
+            values, _ = take_newton_step(values, accelerations, [c.acceleration for c in moved], ())
         for let in named:
             values[let.symbol] = Point(values)(let.expr)
         return values

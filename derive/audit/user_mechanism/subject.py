@@ -112,7 +112,7 @@ def _slope(expr: Expr, quantity: Quantity) -> Expr:
     return partial_derivative(expr, quantity)
 
 
-def correct(
+def take_newton_step(
     values: Values, residuals: Sequence[Expr], variables: Sequence[Quantity], steps: Iterable[Step]
 ) -> tuple[Values, mpf]:
     """Return values after the shortest Newton step of variables towards zero residuals, and its
@@ -137,7 +137,7 @@ def close_gaps(
     Raises ZeroDivisionError if none are found.
     """
     for _ in range(MAX_ITERATIONS if gaps else 0):
-        values, size = correct(values, gaps, variables, steps)
+        values, size = take_newton_step(values, gaps, variables, steps)
         if size < mpf(10) ** -DIGITS:
             return values
     if gaps:

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 import sympy as sp
 
-from derive.audit.case import Case, references
+from derive.audit.case import Case, judge_references
 from derive.audit.judge import FAULTS, Judgement, judge_equation
 from derive.audit.paper import Paper, Reading
 from derive.audit.reading_search import (
@@ -452,7 +452,7 @@ def test_reference_to_unrelated_equations_is_refuted() -> None:
     case_.paper.defines("2", b, a * v, Definition("width"))
     case_.paper.refers([b], "1")
     case_.paper.refers([x, b], "1", "2")
-    first, second = references(case_)
+    first, second = judge_references(case_)
     assert (first["verdict"], first["lacking"], first["instead"]) == (
         "cannot be meant",
         [str(b)],

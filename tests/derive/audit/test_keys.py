@@ -76,8 +76,8 @@ def counted(monkeypatch: pytest.MonkeyPatch) -> Here:
 
 
 def audited(earlier: Any = ((), ())) -> Any:
-    known = {(r["paper"], r["equation"]): r for r in earlier[0]}
-    return verdicts.judge_modules((shi2021, wang2017), known, earlier[1])
+    records = {(r["paper"], r["equation"]): r for r in earlier[0]}
+    return verdicts.judge_modules((shi2021, wang2017), records, earlier[1])
 
 
 def change(patch: pytest.MonkeyPatch, paper: Paper, number: str) -> None:
@@ -159,7 +159,7 @@ def test_action_names_change_the_key_but_symbol_meanings_do_not() -> None:
 def test_engine_key_covers_exactly_judging_code() -> None:
     names = {
         path.relative_to(ROOT / "derive").as_posix()
-        for path in key.sources(["derive.audit.record"])
+        for path in key.list_sources(["derive.audit.record"])
     }
     assert {
         "audit/record.py",
@@ -174,7 +174,7 @@ def test_engine_key_covers_exactly_judging_code() -> None:
         for n in names
         if n.startswith(("papers/", "systems/", "emit/")) or n == "audit/verdicts.py"
     ]
-    of_laws = {p.name for p in key.sources(["derive.audit.laws", laws.__name__])}
+    of_laws = {p.name for p in key.list_sources(["derive.audit.laws", laws.__name__])}
     assert {"subject.py", "chain.py", "derivation.py", "bodies.py", "pitch_curve.py"} <= of_laws
 
 

@@ -7,7 +7,7 @@ import sympy as sp
 from mpmath import mpf
 from sympy.core.relational import Relational
 
-from derive.audit.case import Case, directions
+from derive.audit.case import Case, find_directions
 from derive.audit.comparison import Comparison, _simple_ratio, find_missing_terms
 from derive.audit.edits import EditValues, is_computable, list_edits, propose_edits
 from derive.audit.judge import holds
@@ -233,7 +233,9 @@ p, q = quantity("test_p", "rad"), quantity("test_q", "rad")
 
 def turning(*residuals: sp.Expr, defines: Quantity | None = None) -> set[Quantity]:
     return set(
-        directions([Equation("n", r, "test", MadeUpClaim.SUM, defines=defines) for r in residuals])
+        find_directions(
+            [Equation("n", r, "test", MadeUpClaim.SUM, defines=defines) for r in residuals]
+        )
     )
 
 

@@ -33,7 +33,7 @@ def loaded(folder: Path, text: str) -> ModuleType:
     file = folder / f"{NAME}.py"
     file.write_text(text, encoding="utf-8")
     sys.modules.pop(NAME, None)
-    verdicts.load([(NAME, str(file))])
+    verdicts.load_modules([(NAME, str(file))])
     return sys.modules[NAME]
 
 
@@ -92,7 +92,7 @@ def test_a_wrong_claim_is_refused_before_anything_is_judged(
 
 def test_external_law_key_covers_module_and_imports(folder: Path) -> None:
     module = loaded(folder, TEXT.replace("WEIGHT", "1"))
-    names = {path.name for path in key.sources([NAME])}
+    names = {path.name for path in key.list_sources([NAME])}
     assert names >= {f"{NAME}.py", "paper.py", "chain.py", "quantity.py"}
     assert not names & {"core.py", "sympify.py", "numeric.py"}
     assert key.laws_key(module.CASE, {})
