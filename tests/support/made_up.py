@@ -3,6 +3,7 @@
 import random
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import sympy as sp
@@ -12,6 +13,7 @@ from derive.audit.judge import Judgement, judge_equation
 from derive.audit.paper import Subject
 from derive.audit.reading_search import Outcome, judge_linked_readings
 from derive.audit.record import Record, record_equations
+from derive.audit.texts.trial import read_trial
 from derive.equations import Claimed, Equation, Relation
 from derive.evaluate import Point
 from derive.quantity import Quantity
@@ -80,6 +82,23 @@ def judge_readings(case: Case, number: str) -> Outcome:
 def record_equation(case: Case, number: str) -> Record:
     """Return the record of an equation of a paper."""
     return record_equations(case, [number], "key")[0]
+
+
+def read_text(
+    folder: Path, mechanism: str, text: str, names: str | None = None, suffix: str = ".tex"
+) -> Case:
+    """Return the case of a text compared with a mechanism, from files in a folder."""
+    files = {"stated.py": mechanism, f"text{suffix}": text, "names.toml": names}
+    for name, content in files.items():
+        if content is not None:
+            (folder / name).write_text(content, encoding="utf-8")
+    meanings = None if names is None else folder / "names.toml"
+    return read_trial(folder / f"text{suffix}", folder / "stated.py", meanings)
+
+
+def record_all(case: Case) -> list[Record]:
+    """Return the records of all equations of a paper."""
+    return [record_equation(case, number) for number in case.paper.equations]
 
 
 POINTS = [Point(values(seed)) for seed in (1, 2, 3)]
