@@ -30,7 +30,6 @@ from .terms import (
     match_sums,
     overall_factor,
     pair_monomials,
-    remainder_vanishes,
     to_monomials,
 )
 
@@ -122,7 +121,7 @@ class Comparison:
     def match(self) -> Match:
         """Return the terms left on both sides, or none if they vanish in total."""
         match = self.struck()
-        return Match((), ()) if remainder_vanishes(match, self.points) else match
+        return Match((), ()) if match.vanishes(self.points) else match
 
     def edited(self, result: Expr) -> Comparison:
         """Return a copy whose printed side is ``result``."""

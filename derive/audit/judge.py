@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from decimal import Decimal
-from functools import cache
 from itertools import islice
 from typing import Any, Literal
 
@@ -16,7 +15,7 @@ from mpmath import mpf
 from sympy import Expr
 
 from ..equations import UNCLAIMED, Equation, Witness
-from ..evaluate import TOLERANCE, NotEvaluated, Point, UnknownNodeError
+from ..evaluate import NotEvaluated, Point, UnknownNodeError
 from ..quantity import Quantity, is_consistent
 from .comparison import (
     FLIPPED,
@@ -30,7 +29,7 @@ from .comparison import (
 )
 from .edits import SCREEN, Edit, EditValues, is_computable, propose_edits, screen_edits
 from .products import ProductFactor, ProductSearch
-from .terms import Points, evaluate_at, format_value, largest_term
+from .terms import Points, evaluate_at, format_value, holds, largest_term
 from .typesetting import Said, join_parts
 
 Word = Literal[
@@ -298,51 +297,11 @@ def _list_factors(expr: Expr) -> Iterator[Expr]:
         yield from (part for part in parts if not part.is_number and not isinstance(part, sp.Mul))
 
 
-def holds(residual: Expr, points: Points) -> bool:
-    """Whether a residual vanishes at every point."""
-    return all(_vanishes(residual, point) for point in points)
-
-
-MOST_TERMS = 10**6
-"""Terms of a summand multiplied out, at most: the largest of them is at least this share of the
-summand.
-
-What is small beside the summands is so beside the largest term too, so that nothing needs to be
-multiplied out.
-"""
-
-
-def _vanishes(residual: Expr, point: Point) -> bool:
-    remainder = evaluate_at(residual, point)
-    if remainder is None:
-        return False
-    summands = max(abs(point(summand)) for summand in sp.Add.make_args(residual))
-    if summands > 0 and abs(remainder) <= TOLERANCE * summands / MOST_TERMS:
-        return True
-    if abs(remainder) > TOLERANCE * _bound_terms(residual, point):
-        return False
-    return abs(remainder) <= TOLERANCE * largest_term(residual, point)
-
-
-@cache
-def _bound_terms(expr: Expr, point: Point) -> mpf:
-    """Return what no term of an expression multiplied out exceeds, found without multiplying it
-    out.
-    """
-    if isinstance(expr, sp.Add):
-        return sum((_bound_terms(summand, point) for summand in expr.args), mpf(0))
-    if isinstance(expr, sp.Mul):
-        return mpmath.fprod(_bound_terms(factor, point) for factor in expr.args)
-    if isinstance(expr, sp.Pow) and expr.exp.is_Integer and expr.exp > 0:
-        return _bound_terms(expr.base, point) ** int(expr.exp)
-    return abs(point(expr))
-
-
 def _failing(residual: Expr, points: Points) -> str:
     """Describe the residual at the first point where the equation fails, compared with its largest
     term.
     """
-    where = next(point for point in points if not _vanishes(residual, point))
+    where = next(point for point in points if not holds(residual, (point,)))
     largest = mpmath.nstr(largest_term(residual, where), 6)
     return f"it does not hold: {format_value(residual, where)} is left of terms of up to {largest}"
 

@@ -23,11 +23,10 @@ from .judge import (
     Judgement,
     complete_print,
     explain_unjudged,
-    holds,
     judge_condition,
     judge_equation,
 )
-from .terms import Points, find_largest_size, format_value
+from .terms import Points, find_largest_size, format_value, holds
 from .typesetting import Piece, Said, join_parts
 
 SHOWN = 3

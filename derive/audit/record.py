@@ -20,7 +20,7 @@ from ..quantity import NONE, Dimension, DimensionError, dimension, of_unit
 from .case import Case
 from .judge import Judgement, explain_unjudged
 from .reading_search import Outcome, derived_side, is_fragile, judge_linked_readings, list_reasons
-from .terms import Match, expand_sum, find_largest_size, remainder_vanishes
+from .terms import expand_sum, find_largest_size, holds
 from .typesetting import Piece, Said, join_parts, typeset_equation, typeset_sentence
 
 LACKS = "lacks "
@@ -166,8 +166,8 @@ def _lost(
     lost = [term for term in terms if term.free_symbols & reasons.keys()]
     for symbol in sorted(set().union(*(t.free_symbols for t in lost)) - reasons.keys(), key=str):
         shared = [term for term in lost if symbol in term.free_symbols]
-        match = Match(tuple(term.xreplace(unit) for term in shared), ())
-        if len(shared) > 1 and remainder_vanishes(match, points):
+        total = sp.Add(*(term.xreplace(unit) for term in shared))
+        if len(shared) > 1 and holds(total, tuple(points)):
             lost = [term for term in lost if term not in shared]
     return lost
 

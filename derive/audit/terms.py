@@ -62,6 +62,46 @@ def format_value(expr: Expr, point: Point) -> str:
     return "no real value" if value is None else mpmath.nstr(value, 6)
 
 
+def holds(residual: Expr, points: Points) -> bool:
+    """Whether a residual vanishes at every point."""
+    return all(_vanishes(residual, point) for point in points)
+
+
+TERMS_AT_MOST = 10**6
+"""Terms of a summand multiplied out, at most: the largest of them is at least this share of the
+summand.
+
+What is small beside the summands is so beside the largest term too, so that nothing needs to be
+multiplied out.
+"""
+
+
+def _vanishes(residual: Expr, point: Point) -> bool:
+    remainder = evaluate_at(residual, point)
+    if remainder is None:
+        return False
+    summands = max(abs(point(summand)) for summand in sp.Add.make_args(residual))
+    if summands > 0 and abs(remainder) <= TOLERANCE * summands / TERMS_AT_MOST:
+        return True
+    if abs(remainder) > TOLERANCE * _bound_terms(residual, point):
+        return False
+    return abs(remainder) <= TOLERANCE * largest_term(residual, point)
+
+
+@cache
+def _bound_terms(expr: Expr, point: Point) -> mpmath.mpf:
+    """Return what no term of an expression multiplied out exceeds, found without multiplying it
+    out.
+    """
+    if isinstance(expr, sp.Add):
+        return sum((_bound_terms(summand, point) for summand in expr.args), mpmath.mpf(0))
+    if isinstance(expr, sp.Mul):
+        return mpmath.fprod(_bound_terms(factor, point) for factor in expr.args)
+    if isinstance(expr, sp.Pow) and expr.exp.is_Integer and expr.exp > 0:
+        return _bound_terms(expr.base, point) ** int(expr.exp)
+    return abs(point(expr))
+
+
 def find_largest_size(expr: Expr, cycle: Sequence[Point]) -> mpmath.mpf | None:
     """Return the largest size of an expression over a cycle; None if it has no real value at some
     point of it.
@@ -130,6 +170,10 @@ class Match:
         """Return the distance of the second sum from the first; an unlike monomial counts half."""
         return 2 * len(self.derived) - self.unlike
 
+    def vanishes(self, points: Points) -> bool:
+        """Whether what is left is zero as a whole, though not term by term."""
+        return holds(sp.Add(*self.printed, *(-term for term in self.derived)), points)
+
 
 def pair_monomials(printed: Sum, derived: Sum) -> Iterable[tuple[Expr, Rational, Rational]]:
     """Every monomial of two sums with its coefficient in the first and in the second."""
@@ -184,19 +228,6 @@ def common_factor(expr: Expr) -> Expr:
     bases = sorted(set().union(*powers), key=sp.default_sort_key)
     lowest = {base: min(exponents.get(base, S.Zero) for exponents in powers) for base in bases}
     return sp.Mul(*(base**power for base, power in lowest.items()))
-
-
-def remainder_vanishes(match: Match, points: Iterable[Point]) -> bool:
-    """Whether what is left is zero as a whole, though not term by term."""
-    for point in points:
-        if any(evaluate_at(t, point) is None for t in match.printed):
-            return False
-        with mpmath.workdps(DIGITS + GUARD):
-            values = [point(t) for t in match.printed] + [-point(t) for t in match.derived]
-            size = max((abs(v) for v in values), default=mpmath.mpf(0))
-            if abs(mpmath.fsum(values)) > TOLERANCE * size:
-                return False
-    return True
 
 
 SHARES = (-0.01, 0.01, 0.5)

@@ -30,7 +30,7 @@ from sympy import Expr
 from ...equations import Definition
 from ...evaluate import DIGITS, TOLERANCE, NotEvaluated, Point
 from ...generated_folder import OwnError
-from ..judge import holds
+from ..terms import holds
 from .changes import SLIPS, PrintedFormula, list_rewrites
 from .corrections import UNREADABLE
 from .documents import SUFFIXES, read_document

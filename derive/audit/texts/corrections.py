@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 
 from ...evaluate import Point
-from ..judge import holds
 from ..paper import Repair
+from ..terms import holds
 from .changes import (
     FURTHER,
     LIKELY,

@@ -22,8 +22,8 @@ from ...mechanics.mechanism import Mechanism
 from ...quantity import Quantity
 from ..case import Case
 from ..comparison import Comparison
-from ..judge import holds
 from ..paper import Paper, Repair, Subject
+from ..terms import holds
 from ..user_mechanism.motions import ConfigurationSubject
 from ..user_mechanism.subject import MechanismSubject
 from ..user_mechanism.trial import SECONDS, build_subject, trial

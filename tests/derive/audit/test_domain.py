@@ -13,9 +13,9 @@ from mpmath import mpf
 from sympy import atan, cos, pi, sin, tan
 
 from derive.audit.case import NEAR, SEEDS, Case
-from derive.audit.judge import Judgement, holds
+from derive.audit.judge import Judgement
 from derive.audit.paper import Paper
-from derive.audit.terms import have_same_truth
+from derive.audit.terms import have_same_truth, holds
 from derive.audit.user_mechanism.trial import trial
 from derive.discovery import load_user_modules
 from derive.equations import Equation, Relation, derived_equation

@@ -19,9 +19,10 @@ import sympy as sp
 from derive.audit.case import Case
 from derive.audit.comparison import solve_for
 from derive.audit.edits import list_edits
-from derive.audit.judge import FAULTS, holds
+from derive.audit.judge import FAULTS
 from derive.audit.paper import Paper
 from derive.audit.record import Record
+from derive.audit.terms import holds
 from derive.audit.user_mechanism.trial import build_paper_chain
 from derive.discovery import load_user_modules
 from derive.equations import UNCLAIMED, Equation, what

@@ -10,7 +10,7 @@ import pytest
 import sympy as sp
 
 from derive.audit.case import Case
-from derive.audit.judge import holds
+from derive.audit.terms import holds
 from derive.generated_folder import OwnError
 from tests.support import own
 from tests.support.made_up import read_text

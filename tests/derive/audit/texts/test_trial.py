@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from derive.audit.judge import holds
+from derive.audit.terms import holds
 from derive.audit.texts.trial import format_skeleton, read_trial
 from derive.generated_folder import OwnError
 from derive.mechanics.statement import MechanismError
