@@ -79,6 +79,16 @@ def judge_readings(case: Case, number: str) -> Outcome:
     return judge_linked_readings(case, number)[number]
 
 
+def judge_number(case: Case, number: str) -> Judgement:
+    """Return the judgement on an equation under its kindest reading."""
+    return judge_readings(case, number).kindest.judgement
+
+
+def list_verdicts(outcome: Outcome) -> list[str]:
+    """List the verdicts under all readings."""
+    return [hearing.judgement.verdict for hearing in outcome.alternatives]
+
+
 def record_equation(case: Case, number: str) -> Record:
     """Return the record of an equation of a paper."""
     return record_equations(case, [number], "key")[0]

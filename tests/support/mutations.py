@@ -25,7 +25,7 @@ from derive.evaluate import DIGITS, NotEvaluated, Point
 from derive.generated_folder import GENERATED
 from derive.quantity import DimensionError, dimension
 from tests.support.errors import KINDS
-from tests.support.made_up import judge_readings
+from tests.support.made_up import judge_number
 
 CASES = {case.paper.name: case for case in find_cases(import_modules(papers)).values()}
 SLOW = 20
@@ -56,7 +56,7 @@ def judge_alone(name: str, equation: Equation) -> Judgement:
     alone = replace(
         CASES[name].paper, equations={equation.number: equation}, questions=open_questions
     )
-    return judge_readings(_like(name, alone), equation.number).kindest.judgement
+    return judge_number(_like(name, alone), equation.number)
 
 
 def questions(name: str, number: str) -> list[Question]:

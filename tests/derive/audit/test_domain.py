@@ -32,7 +32,7 @@ from tests.support.made_up import (
     a,
     b,
     c,
-    judge_readings,
+    judge_number,
     judged,
     quantity,
     u,
@@ -90,7 +90,7 @@ def arm(meant: Equation = DIRECTION, consistent: bool = True) -> Case:
 
 
 def judgement(case: Case) -> Judgement:
-    return judge_readings(case, "1").kindest.judgement
+    return judge_number(case, "1")
 
 
 @pytest.mark.parametrize("consistent", [True, False])
@@ -169,7 +169,7 @@ def test_tip_direction_is_in_the_right_quadrant(
     case = yu2023.CASE
     equation = replace(case.paper.equations[number], residual=printed)
     alone = replace(case, paper=replace(case.paper, equations={number: equation}, questions=[]))
-    assert judge_readings(alone, number).kindest.judgement.verdict == verdict
+    assert judge_number(alone, number).verdict == verdict
 
 
 @pytest.mark.parametrize(
@@ -255,7 +255,7 @@ def test_taper_condition_divided_by_a_cosine(printed: sp.Expr, verdict: str) -> 
     case = shi2021.CASE
     equation = replace(case.paper.equations["4c"], residual=printed, relation="<=")
     alone = replace(case, paper=replace(case.paper, equations={"4c": equation}, questions=[]))
-    assert judge_readings(alone, "4c").kindest.judgement.verdict == verdict
+    assert judge_number(alone, "4c").verdict == verdict
 
 
 def test_increasing_function_is_equivalent() -> None:

@@ -18,7 +18,18 @@ from derive.audit.case import Case
 from derive.audit.paper import Cycle, Dynamics, Law, Paper, Reading
 from derive.chain import Chain
 from derive.equations import derived_equation
-from tests.support.made_up import MadeUp, MadeUpClaim, a, b, c, judge_readings, u, x
+from tests.support.made_up import (
+    MadeUp,
+    MadeUpClaim,
+    a,
+    b,
+    c,
+    judge_number,
+    judge_readings,
+    list_verdicts,
+    u,
+    x,
+)
 
 ODD = sp.Function("odd")
 
@@ -94,7 +105,7 @@ def test_unreadable_interpretation_is_the_least_kind() -> None:
     case.paper.defines("1", x, b * u, MadeUpClaim.SUM)
     case.paper.admits(["1"], Reading("b is odd", {b: ODD(a)}), Reading("b is twice a", {b: 2 * a}))
     outcome = judge_readings(case, "1")
-    assert [hearing.judgement.verdict for hearing in outcome.alternatives] == [
+    assert list_verdicts(outcome) == [
         "not judged",
         "misprint",
     ]
@@ -123,9 +134,7 @@ def test_defined_symbol_may_be_mapped() -> None:
     case.paper.reads({foreign: x}, "1", "2")
     case.paper.reads({foreign: x / 2}, "half")
     case.paper.reads({foreign: -x}, "reversed")
-    judgements = {
-        number: judge_readings(case, number).kindest.judgement for number in case.paper.equations
-    }
+    judgements = {number: judge_number(case, number) for number in case.paper.equations}
     assert {number: judgement.verdict for number, judgement in judgements.items()} == {
         "1": "confirmed",
         "2": "misprint",
