@@ -29,7 +29,7 @@ from .comparison import (
 )
 from .edits import SCREEN, Edit, EditValues, is_computable, propose_edits, screen_edits
 from .products import ProductFactor, ProductSearch
-from .terms import Points, evaluate_at, format_value, holds, largest_term
+from .terms import Points, evaluate_at, format_value, holds, largest_term, list_unknown
 from .typesetting import Said, join_parts
 
 Word = Literal[
@@ -163,9 +163,7 @@ def judge_by_values(printed: Equation, points: Points, words: Iterable[Quantity]
     """The verdict on an equation by values alone: whether it holds at every point, or which single
     edits make it.
     """
-    lacking = sorted(
-        str(s) for s in printed.residual.free_symbols if any(s not in point for point in points)
-    )
+    lacking = list_unknown(printed.residual, points)
     if lacking or printed.relation != "=":
         reason = (
             f"{', '.join(lacking)} has no value here" if lacking else "a condition without a claim"
@@ -197,11 +195,9 @@ def judge_condition(printed: Equation, cycle: Sequence[Point]) -> Judgement:
     """The verdict on a condition by values alone: whether it holds all along the machine's own
     cycle.
     """
-    symbols = printed.residual.free_symbols
-    values = [
-        evaluate_at(printed.residual, point) for point in cycle if all(s in point for s in symbols)
-    ]
-    if len(values) < len(cycle) or None in values:
+    residual = printed.residual
+    values = [] if list_unknown(residual, cycle) else [evaluate_at(residual, p) for p in cycle]
+    if not values or None in values:
         return Judgement("untested", "it has no value along the cycle, so that nothing tests it")
     order = {"<": mpf.__lt__, "<=": mpf.__le__, ">": mpf.__gt__, ">=": mpf.__ge__}[printed.relation]
     worst = (max if printed.relation in ("<", "<=") else min)(v for v in values if v is not None)
@@ -225,7 +221,7 @@ def _edited(
     """Edits that may be corrections, with the residuals that they leave, but for those that leave
     nothing to say.
     """
-    candidates = [word for word in words if all(word in point for point in points)]
+    candidates = [word for word in words if not list_unknown(word, points)]
     symbol = printed.defines
     side = solve_for(printed.residual, symbol)
     meant = np.array([float(point(symbol or sp.S.Zero)) for point in points])
@@ -265,9 +261,7 @@ def _list_lacking_terms(
     if not is_computable(side) or None in gaps:
         return
     edits = EditValues(side, points)
-    evaluable_words = [
-        word for word in words if word != symbol and all(word in point for point in points)
-    ]
+    evaluable_words = [word for word in words if word != symbol and not list_unknown(word, points)]
     factors = [
         ProductFactor(factor, edits.value(factor), None, str(factor.as_base_exp()[0]))
         for factor in islice(dict.fromkeys((*_list_factors(side), *evaluable_words)), MOST_FACTORS)
@@ -331,9 +325,7 @@ def judge_equation(
     if printed.legibility == "lost":
         return Judgement("reconstructed", "the print is lost; the derivation stands alone")
     consistent, at = is_consistent(printed.residual), tuple(points)
-    if unknown := sorted(
-        str(s) for s in printed.residual.free_symbols if any(s not in point for point in at)
-    ):
+    if unknown := list_unknown(printed.residual, at):
         return Judgement(
             UNJUDGED, f"{', '.join(unknown)} has no value here, and nothing says what it stands for"
         )
@@ -423,7 +415,7 @@ def _vocabulary(
         *words,
         *(s for s in derived.residual.free_symbols if isinstance(s, Quantity)),
     } - {printed.defines}
-    return sorted((s for s in quantities if all(s in point for point in points)), key=str)
+    return sorted((s for s in quantities if not list_unknown(s, points)), key=str)
 
 
 def _agreement(printed: Equation, derived: Equation) -> Judgement:

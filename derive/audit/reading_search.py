@@ -26,7 +26,7 @@ from .judge import (
     judge_condition,
     judge_equation,
 )
-from .terms import Points, find_largest_size, format_value, holds
+from .terms import Points, find_largest_size, format_value, holds, list_unknown
 from .typesetting import Piece, Said, join_parts
 
 SHOWN = 3
@@ -63,8 +63,8 @@ def confirm_in_use(
 def _says_the_same(
     case: Case, printed: Equation, derived: Equation | None, points: list[Point]
 ) -> bool:
-    needed = printed.residual.free_symbols | (derived.residual.free_symbols if derived else set())
-    if not points or not all(symbol in point for point in points for symbol in needed):
+    sides = [printed, derived] if derived else [printed]
+    if not points or any(list_unknown(side.residual, points) for side in sides):
         return False
     at: Points = tuple(points)
     if derived is None:

@@ -43,6 +43,11 @@ def largest_term(expr: Expr, point: Point) -> mpmath.mpf:
     return max((abs(point(term)) for term in expand_sum(expr)), default=mpmath.mpf(0))
 
 
+def list_unknown(expr: Expr, points: Iterable[Point]) -> list[str]:
+    """List the symbols of an expression that have no value at some of the points."""
+    return sorted({str(s) for point in points for s in expr.free_symbols if s not in point})
+
+
 def evaluate_at(expr: Expr, point: Point) -> mpmath.mpf | None:
     """Value of an expression at a point; None where it has no real one, as the arc sine of 2.
 
@@ -51,7 +56,7 @@ def evaluate_at(expr: Expr, point: Point) -> mpmath.mpf | None:
     try:
         return point(expr)
     except (NotEvaluated, ZeroDivisionError, TypeError):
-        if not all(symbol in point for symbol in expr.free_symbols):
+        if list_unknown(expr, [point]):
             raise
         return None
 
@@ -106,7 +111,7 @@ def find_largest_size(expr: Expr, cycle: Sequence[Point]) -> mpmath.mpf | None:
     """Return the largest size of an expression over a cycle; None if it has no real value at some
     point of it.
     """
-    if not all(symbol in point for symbol in expr.free_symbols for point in cycle):
+    if list_unknown(expr, cycle):
         return None
     values = [evaluate_at(expr, point) for point in cycle]
     return None if None in values else max((abs(v) for v in values if v is not None), default=None)

@@ -30,7 +30,7 @@ from sympy import Expr
 from ...equations import Definition
 from ...evaluate import DIGITS, TOLERANCE, NotEvaluated, Point
 from ...generated_folder import OwnError
-from ..terms import holds
+from ..terms import holds, list_unknown
 from .changes import SLIPS, PrintedFormula, list_rewrites
 from .corrections import UNREADABLE
 from .documents import SUFFIXES, read_document
@@ -218,8 +218,7 @@ class TextClaims:
         reading = self.read(claim.latex, claim)
         if reading is None:
             return "refused"
-        symbols = {symbol for part in reading for symbol in part.residual.free_symbols}
-        if any(symbol not in point for symbol in symbols for point in self.points):
+        if any(list_unknown(part.residual, self.points) for part in reading):
             return "refused"
         return "holds" if all(map(self._holds, reading)) else "fails"
 

@@ -23,7 +23,7 @@ from ...quantity import Quantity
 from ..case import Case
 from ..comparison import Comparison
 from ..paper import Paper, Repair, Subject
-from ..terms import holds
+from ..terms import holds, list_unknown
 from ..user_mechanism.motions import ConfigurationSubject
 from ..user_mechanism.subject import MechanismSubject
 from ..user_mechanism.trial import SECONDS, build_subject, trial
@@ -349,7 +349,7 @@ def _are_equal(first: Scalar, second: Scalar, points: Sequence[Point]) -> bool:
 
 def _vanishes(residual: Expr, points: Sequence[Point]) -> bool:
     """Whether a residual has values and is zero at points, or identically."""
-    if any(symbol not in point for symbol in residual.free_symbols for point in points):
+    if list_unknown(residual, points):
         return False
     return residual == 0 or holds(residual, tuple(points))
 
@@ -586,7 +586,7 @@ def _claim_what_fails(case: Case, paper: Paper) -> None:
     for number, equation in paper.equations.items():
         if equation.claims != UNCLAIMED or equation.relation != "=":
             continue
-        if any(s not in point for s in equation.residual.free_symbols for point in points):
+        if list_unknown(equation.residual, points):
             continue
         if holds(equation.residual, points):
             continue
@@ -605,7 +605,7 @@ def _closest_claim(case: Case, printed: Equation) -> Claimed | None:
     for _, claim in ranked:
         derived = case.claims[claim]
         left_side, right_side = case.subject.common(printed.residual, derived.residual)
-        if any(s not in point for s in (left_side - right_side).free_symbols for point in points):
+        if list_unknown(left_side - right_side, points):
             continue
         for sign in (1, -1):
             comparison = Comparison(left_side, sign * right_side, points, scales=True)
