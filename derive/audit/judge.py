@@ -148,6 +148,11 @@ def _describe_witness(witness: Witness) -> str:
     return f"against {witness.where}: {values}"
 
 
+def describe_dimensions(printed: Equation) -> str:
+    """Return the beginning of a finding on an equation that mixes dimensions, else nothing."""
+    return "" if is_consistent(printed.residual) else "not dimensionally consistent; "
+
+
 MOST_OPERATIONS = 1000
 """Operations of an equation of which several edits are tried together: what vector algebra expanded
 was not printed.
@@ -171,7 +176,7 @@ def judge_by_values(printed: Equation, points: Points, words: Iterable[Quantity]
         return Judgement("untested", f"{reason}, so that nothing tests it")
     if holds(printed.residual, points):
         return Judgement("confirmed", "it holds at every point that was tried")
-    remark = "" if is_consistent(printed.residual) else "not dimensionally consistent; "
+    remark = describe_dimensions(printed)
     is_large = sp.count_ops(printed.residual) > MOST_SEARCHED
     edited = () if is_large else _edited(printed, words, points)
     repairs = [(edit, residual) for edit, residual in edited if holds(residual, points)]
@@ -324,20 +329,17 @@ def judge_equation(
         )
     if printed.legibility == "lost":
         return Judgement("reconstructed", "the print is lost; the derivation stands alone")
-    consistent, at = is_consistent(printed.residual), tuple(points)
+    remark, at = describe_dimensions(printed), tuple(points)
     if unknown := list_unknown(printed.residual, at):
         return Judgement(
             UNJUDGED, f"{', '.join(unknown)} has no value here, and nothing says what it stands for"
         )
-    is_direction, remark = (
-        printed.defines in directions,
-        "" if consistent else "not dimensionally consistent; ",
-    )
+    is_direction = printed.defines in directions
     compared = [
         (side, align_sides(side, derived, at, is_direction)) for side in list_orientations(printed)
     ]
     edits = [_relation(side, printed, derived) for side, comparison in compared if comparison.same]
-    if () in edits and consistent:
+    if () in edits and not remark:
         return _agreement(printed, derived)
     if edits and () not in edits:
         return Judgement("misprint", "the relation is another", (edits[0],))

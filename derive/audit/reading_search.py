@@ -22,6 +22,7 @@ from .judge import (
     UNJUDGED,
     Judgement,
     complete_print,
+    describe_dimensions,
     explain_unjudged,
     judge_condition,
     judge_equation,
@@ -186,25 +187,19 @@ def _heard(case: Case, number: str, choice: Choice) -> Hearing:
         return replace(mildest, judgement=_unheld(mildest.judgement, loose))
     if mildest.judgement.verdict not in FAULTS:
         return mildest
-    folds = case.subject.folds()
-    folded = [_folded(hearing, folds) for hearing in hearings]
-    if mildest.judgement.missing and not mildest.judgement.unexplained:
-        folded = [_absorb_printed_terms(hearing, case.cycle) for hearing in folded]
-    shortest = min((hearing for hearing in folded if _is_alike(hearing, mildest)), key=_length)
-    verdict, finding = mildest.judgement.verdict, mildest.judgement.finding
-    return replace(
-        shortest, judgement=replace(shortest.judgement, verdict=verdict, finding=finding)
-    )
-
-
-def _is_alike(hearing: Hearing, mildest: Hearing) -> bool:
-    """Whether a hearing leaves what the mildest one does: only then it says the same in other
-    terms.
-    """
-    judgement, kindest = hearing.judgement, mildest.judgement
-    return judgement.unexplained == kindest.unexplained and bool(judgement.missing) == bool(
-        kindest.missing
-    )
+    kindest, alike = mildest.judgement, list[Hearing]()
+    for hearing in hearings:
+        terms = fold_terms(hearing.judgement.missing, case.subject.folds())
+        folded = replace(hearing, judgement=replace(hearing.judgement, missing=terms))
+        if kindest.missing and not kindest.unexplained:
+            folded = _absorb_printed_terms(folded, case.cycle)
+        left = folded.judgement
+        # only what leaves the same says the same in other terms
+        if left.unexplained == kindest.unexplained and bool(left.missing) == bool(kindest.missing):
+            alike.append(folded)
+    shortest = min(alike, key=lambda hearing: _length(hearing.judgement))
+    judgement = replace(shortest.judgement, verdict=kindest.verdict, finding=kindest.finding)
+    return replace(shortest, judgement=judgement)
 
 
 def _absorb_printed_terms(hearing: Hearing, cycle: Sequence[Point]) -> Hearing:
@@ -265,9 +260,9 @@ def _judged_by_source(
     repair = case.source.repair(printed.number, points, case.draw)
     if repair is None:
         return None
-    remark = "" if is_consistent(printed.residual) else "not dimensionally consistent; "
     corrections = tuple((Said(text),) for text in (repair.text, *repair.alternatives))
-    return Judgement("misprint", f"{remark}removed by a change of its LaTeX", corrections)
+    finding = f"{describe_dimensions(printed)}removed by a change of its LaTeX"
+    return Judgement("misprint", finding, corrections)
 
 
 def _judge_linearised(case: Case, printed: Equation) -> Judgement | None:
@@ -320,14 +315,8 @@ def _unheld(judgement: Judgement, loose: Mapping[str, Expr]) -> Judgement:
     )
 
 
-def _folded(hearing: Hearing, folds: Mapping[sp.Symbol, Expr]) -> Hearing:
-    missing = fold_terms(hearing.judgement.missing, folds)
-    return replace(hearing, judgement=replace(hearing.judgement, missing=missing))
-
-
-def _length(hearing: Hearing) -> int:
+def _length(judgement: Judgement) -> int:
     """Return the number of edits and of terms left over."""
-    judgement = hearing.judgement
     return len(judgement.edits) + len(judgement.missing) + len(judgement.unexplained)
 
 

@@ -45,7 +45,7 @@ from .formula import (
 from .interpretation import Interpreter, interpret_formula, list_scalars
 from .monomials import MonomialSearch, list_vector_terms
 from .names import PointNames, StatedNames
-from .values import OperandError, Scalar, Value
+from .values import Scalar, Value
 
 TOLERANCE = 1e-9
 """Residual that counts as zero, as a share of the largest term: far above the rounding of 15
@@ -59,15 +59,7 @@ SPARE = 4
 """Points by which there are more than terms, of which the signs are sought."""
 DEPENDENT = 1e-8
 """Length of a sum of unit vectors that is zero but for rounding."""
-UNREADABLE = (
-    FormulaError,
-    OperandError,
-    TypeError,
-    ValueError,
-    ZeroDivisionError,
-    RecursionError,
-    IndexError,
-)
+UNREADABLE = (TypeError, ValueError, ZeroDivisionError, RecursionError, IndexError)
 """Errors of a formula that cannot be read or evaluated."""
 MOST_CANDIDATES = 20_000
 SOLVED = 1e-13
@@ -108,7 +100,7 @@ def find_repairs(
     try:
         printed = PrintedFormula.read(latex, macros, names, words)
         before = _outcomes(printed.chain, at_points, _Memory())
-    except (FormulaError, OperandError, TypeError, ValueError):
+    except UNREADABLE:
         return None
     if before is None or not index < len(before):
         return None
@@ -246,7 +238,7 @@ def _confirmed(
     try:
         chain = read_formula(latex, macros)
         _, relation, left, right = interpret_formula(chain, names).residuals(names)[index]
-    except (FormulaError, OperandError, TypeError, ValueError, IndexError):
+    except UNREADABLE:
         return False
     residual = left.value - right.value
     if relation != "=" or ((left + (-right)).mixed and not is_mixed):
