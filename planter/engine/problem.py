@@ -60,7 +60,7 @@ class DesignProblem(Problem):
     def _population(self) -> SampledOutputs:
         """The sum over samples of the cycle, for many designs at once."""
         machine = replace(self.machine, objective=self.goal.terms)
-        paths = [machine.values[index].path for index in machine.moved]
+        paths = machine.moved_paths
         return SampledOutputs(machine, paths, [OBJECTIVE], self.goal.samples or machine.samples)
 
     def merits(self, points: Sequence[Array]) -> Array:

@@ -49,7 +49,7 @@ UNITS = {
 GRADIENT = f"""\
 from planter import Device, Turns, load_machine
 turns = Turns(Device(load_machine({MACHINE!r})))
-turns.gradient(turns.device.design)
+turns.gradient(turns.machine.design)
 """
 """What a new process does."""
 DERIVED = ("derive", "generated", "planter")

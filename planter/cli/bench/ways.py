@@ -19,11 +19,11 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from planter.engine.outputs import CycleObjective, evaluate_many
 from planter.kernels import Array, toolchain
 from planter.kernels.compiler import CompilerError
 from planter.papers.planting import file
 from planter.papers.planting.model import Device
-from planter.papers.planting.objective import CycleObjective, evaluate_many
 
 MACHINE = "wang2017"
 Call = Callable[[Array], Any]
@@ -96,7 +96,7 @@ class TimedCycle:
         self.device = Device(file.load(name))
         self.turns = CycleObjective(self.device)
         self.response = self.device.force.response
-        self.lanes: Array = np.add.outer(self.turns.offsets, self.turns.angles).ravel()
+        self.lanes: Array = np.add.outer(self.device.force.offsets, self.turns.angles).ravel()
 
     def draw_designs(self, rng: np.random.Generator, count: int) -> Array:
         """Return random designs (count, p) within the bounds."""
@@ -106,13 +106,13 @@ class TimedCycle:
 
     def objective(self, force: Any, xp: Any) -> Any:
         """Return the objective of a force (n,), as arrays of a library `xp` have it."""
-        weights = self.turns.objective
+        weights = self.device.machine.objective
         spread = weights.weighted(xp.var(force), xp.sqrt)
         return weights.weight_range * (xp.max(force) - xp.min(force)) + spread
 
     def add_sides(self, lanes: Any) -> Any:
         """Return rows (..., sides n) of lanes added up over the sides, (..., n)."""
-        return lanes.reshape(*lanes.shape[:-1], len(self.turns.offsets), -1).sum(-2)
+        return lanes.reshape(*lanes.shape[:-1], len(self.device.force.offsets), -1).sum(-2)
 
     @cached_property
     def slope(self) -> ca.Function:
@@ -158,7 +158,7 @@ def build_casadi(cycle: TimedCycle, work: str) -> ca.Function:
         slopes = loop(response.slopes_kernel.function)
         rows, tangents = slopes(lanes, d, h, ca.vec(jacobian.nz[:]))
         value, weights = cycle.slope(fold(rows))
-        gradient = tangents[1:, :] @ ca.repmat(weights, len(cycle.turns.offsets), 1)
+        gradient = tangents[1:, :] @ ca.repmat(weights, len(cycle.device.force.offsets), 1)
         return ca.Function("gradient", [x], [value, gradient])
     rows = loop(response.values_kernel.function)(lanes, d, response.machine.prologue(d))
     value = cycle.objective(fold(rows), GRAPHS)

@@ -23,7 +23,7 @@ from planter.papers.planting import optimisation
 from planter.papers.planting.file import PlantingMachine, load
 from planter.papers.planting.functions import MODELS, Model
 from planter.papers.planting.model import Device
-from planter.papers.planting.objective import evaluate_true_extremes, read_weights
+from planter.papers.planting.objective import evaluate_true_extremes
 from planter.papers.planting.optimisation import DeviceOptimum
 from planter.papers.planting.unpublished_inputs import load_calibration_data
 
@@ -213,7 +213,7 @@ def _forces(machine: BothModels, figures: Mapping[str, float]) -> Iterator[Entry
         yield _entry(
             "support force over a turn", name, unit, by_print[key], derived[key], figures.get(key)
         )
-    objective = read_weights(machine.machine).value(figures["range_N"], figures["variance_N2"])
+    objective = machine.machine.objective.value(figures["range_N"], figures["variance_N2"])
     yield _entry(
         "support force over a turn",
         "objective",
@@ -318,7 +318,7 @@ def _objective(machine: BothModels, figures: Mapping[str, float]) -> Entry:
     """Return the share of the variance in the objective, which depends on the unit, for the paper's
     numbers.
     """
-    objective = read_weights(machine.machine)
+    objective = machine.machine.objective
     spread = objective.weighted(figures["variance_N2"])
     share, in_kilonewton = (
         100 * spread / (spread + objective.weight_range * figures["range_N"] * scale)

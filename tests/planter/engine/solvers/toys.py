@@ -1,7 +1,7 @@
 """Toy responses with known optima, and the built-in machine with a short genetic search."""
 
 from functools import cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import casadi as ca
 import numpy as np
@@ -19,8 +19,18 @@ from planter.numerics.statistics import StatisticKind
 from planter.papers.planting.file import load
 from planter.papers.planting.functions import Model
 from planter.papers.planting.model import Device
-from planter.papers.planting.objective import Weights
 from tests.planter.engine.solvers.toy import Toy
+
+
+class Weights(NamedTuple):
+    """Weights of range and scatter; the scatter is the variance for kind "paper", else the standard
+    deviation.
+    """
+
+    weight_range: float
+    weight_variance: float
+    kind: str
+
 
 RANGE, VARIANCE, PAPER = (
     Weights(1.0, 0.0, "paper"),
