@@ -58,19 +58,6 @@ def test_slopes_of_outputs_agree_with_differences() -> None:
     )
 
 
-def test_slopes_of_rows_are_those_of_each_alone() -> None:
-    outputs = SampledOutputs(slider_crank(), INPUTS, NAMES[:3], ANGLES)
-    points = outputs.machine.design / outputs.machine.scale * np.linspace(0.9, 1.1, 19)[:, None]
-    points[4, 0] = 400.0
-    values, slopes = outputs.gradients(points, 2)
-    assert np.isnan(values[4]).all()
-    assert np.isnan(slopes[4]).all()
-    for row in (0, 5, 18):
-        alone = outputs.slopes(points[row])
-        np.testing.assert_array_equal(values[row], alone[0])
-        np.testing.assert_array_equal(slopes[row], alone[1])
-
-
 def test_first_order_bands_are_those_of_drawn_machines() -> None:
     outputs = SampledOutputs(slider_crank(), INPUTS, NAMES[3:], ANGLES)
     centre = outputs.machine.design / outputs.machine.scale

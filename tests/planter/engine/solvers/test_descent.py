@@ -143,14 +143,3 @@ def test_a_refined_optimum_does_not_depend_on_a_grid():
         neighbour = optimum.u.copy()
         neighbour[j] += 1e-3 if optimum.u[j] == 0 else -1e-3
         assert fine.evaluate(neighbour).objective > fine.evaluate(optimum.u).objective
-
-
-def test_insensitive_parameters_do_not_move():
-    problem = toys.problem(90)
-    optimum = search_locally(problem, problem.point(np.full(len(problem.free), 0.9)))
-    names = problem.box.names
-    fixed = [names.index("gamma_deg"), names.index("A6_mm")]
-    assert sorted(set(range(10)) - set(problem.free)) == fixed
-    assert problem.design(optimum.u)[fixed] == pytest.approx(
-        problem.objective.response.design[fixed], rel=1e-15
-    )

@@ -12,11 +12,6 @@ from tests.planter.engine.solvers import toys
 from tests.planter.engine.solvers.toys import check_derivatives
 
 
-@pytest.mark.parametrize(("samples", "count"), [(360, 180), (361, 361), (90, 45)])
-def test_only_different_samples_are_used(samples, count):
-    assert len(sample_angles(samples, np.pi)) == count
-
-
 @pytest.mark.parametrize("samples", [90, 91])
 def test_half_turn_equals_all_samples(samples):
     response = toys.planting()
