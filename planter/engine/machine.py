@@ -29,7 +29,7 @@ from planter.kernels import Array, Kernel
 
 if TYPE_CHECKING:
     from planter.engine.solvers.constraints import Constraints
-    from planter.engine.solvers.range_variance import Sampling
+    from planter.engine.solvers.curve_sum import Sampling
     from planter.engine.solvers.sections import GeneticAlgorithm
     from planter.files.document import Document
 

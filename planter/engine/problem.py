@@ -14,8 +14,8 @@ from planter.engine.machine import Machine
 from planter.engine.measures import Limit, Measure
 from planter.engine.outputs import OBJECTIVE, SampledOutputs
 from planter.engine.solvers.constraints import Constraints, DesignBox, join_constraints
+from planter.engine.solvers.curve_sum import Sampling
 from planter.engine.solvers.problem import MAX_VIOLATION, Problem
-from planter.engine.solvers.range_variance import Sampling
 from planter.errors import InputError
 from planter.kernels import Array
 

@@ -21,8 +21,8 @@ from planter.report.writing import find_proof, interruptible_result
 if TYPE_CHECKING:
     from planter.engine.machine import Machine
     from planter.engine.search import SearchSpec
+    from planter.engine.solvers.curve_sum import Sampling
     from planter.engine.solvers.optimiser import Method
-    from planter.engine.solvers.range_variance import Sampling
     from planter.mechanism.optimisation import MechanismOptimum
     from planter.task import Means
 

@@ -36,8 +36,8 @@ from planter.engine.sensitivity import (
     move_all,
 )
 from planter.engine.solvers.constraints import FEASIBILITY_TOLERANCE
+from planter.engine.solvers.curve_sum import Sampling
 from planter.engine.solvers.local_search import Descent, SearchRecord
-from planter.engine.solvers.range_variance import Sampling
 from planter.engine.summary import ROUNDING
 from planter.engine.wording import describe_measure, describe_sum
 from planter.errors import InputError

@@ -105,7 +105,7 @@ class PiecewiseFunctions:
         start: float = 0.0,
         panels: int = MIN_PIECES,
     ) -> None:
-        """The cycle is from `start`, and has so many `panels` at least."""
+        """Divide the cycle from `start` on into at least so many `panels`."""
         self.functions = functions
         folded = np.sort(np.asarray(breaks, dtype=float))
         self.breaks = folded[np.diff(folded, prepend=-np.inf) > MERGED_DISTANCE]
@@ -118,27 +118,27 @@ class PiecewiseFunctions:
         size = np.zeros(1)
         self._is_noise = np.zeros(1, dtype=bool)
         for depth in range(MAX_DEPTH + 1):
-            tried = self._evaluate(pending)
-            share = tried.weights / turn
-            size = np.maximum(size, (np.abs(tried.values) * share).sum(axis=(1, 2)))
-            coefficients = np.abs(tried.values @ to_series()[:, -TAIL_LENGTH:]).max(axis=2)
+            trial = self._evaluate(pending)
+            share = trial.weights / turn
+            size = np.maximum(size, (np.abs(trial.values) * share).sum(axis=(1, 2)))
+            coefficients = np.abs(trial.values @ to_series()[:, -TAIL_LENGTH:]).max(axis=2)
             tails = coefficients * share.sum(axis=1)
             is_rough = ~(tails <= SERIES_TOLERANCE * size[:, None])
-            self._name_poles(tried, is_rough if depth == MAX_DEPTH else np.isnan(tails))
+            self._name_poles(trial, is_rough if depth == MAX_DEPTH else np.isnan(tails))
             is_rough[list(self.poles)] = False
             rough = is_rough.any(axis=0)
-            accepted.append(tried.select(~rough))
+            accepted.append(trial.select(~rough))
             if not rough.any():
                 break
             # Rounding everywhere doubles its panels at each of the first halvings, a pole at the
             # last ones.
             is_endless = depth < NOISE_DEPTH and 2 * rough.sum() > MAX_PANELS
             if is_endless or sum(len(part.owner) for part in accepted) > MAX_PANELS:
-                is_flat = is_rough & (coefficients > FLATNESS * np.abs(tried.values).max(axis=2))
+                is_flat = is_rough & (coefficients > FLATNESS * np.abs(trial.values).max(axis=2))
                 self._is_noise = (is_flat * share.sum(axis=1)).sum(axis=1) > NOISE_SHARE
-                accepted.append(tried.select(rough))
+                accepted.append(trial.select(rough))
                 break
-            pending = tried.select(rough).halve()
+            pending = trial.select(rough).halve()
         self._collect(accepted, turn)
 
     def _name_poles(self, panels: _Panels, is_rough: Flags) -> None:
@@ -266,7 +266,7 @@ class PiecewiseFunctions:
 
     @cached_property
     def is_joined(self) -> Flags:
-        """Which neighbouring nodes belong to one piece, (n - 1,)."""
+        """Flags (n - 1,) of neighbouring nodes that belong to one piece."""
         return np.asarray(np.diff(self.owner) == 0)
 
     @property

@@ -12,7 +12,7 @@ import numpy as np
 
 from planter import paths
 from planter.engine.outputs import evaluate_many
-from planter.engine.solvers.range_variance import Sampling
+from planter.engine.solvers.curve_sum import Sampling
 from planter.engine.solvers.response import list_breakpoints
 from planter.files import units
 from planter.files.document import format_lines

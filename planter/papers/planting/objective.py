@@ -7,9 +7,8 @@ import numpy as np
 from planter.engine.goal import Goal
 from planter.engine.problem import DesignProblem
 from planter.engine.solvers.constraints import Constraints
-from planter.engine.solvers.curve_sum import CurveSide
+from planter.engine.solvers.curve_sum import CurveSide, Sampling
 from planter.engine.solvers.cycle_panels import CyclePanels
-from planter.engine.solvers.range_variance import Sampling
 from planter.engine.solvers.response import ONE_SIDED_OFFSET
 from planter.kernels import Array
 from planter.numerics.statistics import Statistic

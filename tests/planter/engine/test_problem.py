@@ -10,9 +10,9 @@ from planter.engine.machine import Machine, load_machine
 from planter.engine.measures import Measure, parse_limit, parse_sum
 from planter.engine.problem import DesignProblem, build_problem
 from planter.engine.search import InterruptedSearch, SearchSpec, minimise
+from planter.engine.solvers.curve_sum import Sampling
 from planter.engine.solvers.local_search import sample_starts, search_locally
 from planter.engine.solvers.optimiser import Method
-from planter.engine.solvers.range_variance import Sampling
 from planter.errors import InputError
 from planter.mechanism.optimisation import optimise_machine
 from planter.progress import Progress

@@ -92,7 +92,7 @@ def test_optimum_on_a_kink_is_located():
     problem = toys.over_turn(toys.corner(), toys.VARIANCE, 12)
     optimum = search_locally(problem, problem.start)
     assert optimum.stationary
-    gaps = np.abs(problem.objective.turn.angles[:, None] - problem.design(optimum.u))
+    gaps = np.abs(problem.objective.parts[0].angles[:, None] - problem.design(optimum.u))
     assert gaps.min() < 1e-8
 
 
@@ -125,7 +125,7 @@ def test_machine_is_optimised_within_bounds(sampling, kind, model):
     optimum = search_locally(problem, problem.start)
     assert optimum.stationary
     assert optimum.evaluation.objective < problem.reference.objective
-    x, response = problem.design(optimum.u), problem.objective.response
+    x, response = problem.design(optimum.u), problem.objective.parts[0].response
     assert ((response.lower <= x) & (x <= response.upper)).all()
     is_at_bound = (optimum.u == 0) | (optimum.u == 1)
     assert is_at_bound.sum() >= 4

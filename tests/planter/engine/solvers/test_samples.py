@@ -60,7 +60,7 @@ def test_pinned_samples_move_with_their_joint_smoothly(response):
     breakpoints = find_breakpoints(response, response.prologue(x))
     first = int(np.flatnonzero(breakpoints.orders == 1)[0])
     sample = int(np.abs(turn.angles - breakpoints.folded[first]).argmin())
-    rows = turn.local(x).with_holds((BreakpointHold(sample, int(breakpoints.events[first])),))
+    rows = turn.local(x, [BreakpointHold(sample, int(breakpoints.events[first]))])
     assert rows.values(x)[-1:] == pytest.approx(
         [breakpoints.folded[first] - turn.angles[sample]], abs=1e-12
     )
