@@ -2,18 +2,15 @@
 settle.
 """
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
 from planter.engine.solvers.sampled_cycle import sample_angles
 from planter.errors import InputError
 from planter.papers.planting import calibration, file
-from planter.papers.planting.calibration import FLANK, fitted_machine
+from planter.papers.planting.calibration import FLANK
 from planter.papers.planting.file import PlantingMachine
 from planter.papers.planting.model import Device
-from planter.papers.planting.presentation import present_calibration
 from planter.papers.planting.results import CalibrationFound, Statistics
 from planter.papers.planting.unpublished_inputs import (
     FIGURES,
@@ -24,7 +21,6 @@ from planter.papers.planting.unpublished_inputs import (
     fit_from_starts,
     fit_nearest,
 )
-from planter.report.console import Console
 
 pytestmark = pytest.mark.usefixtures("kernel_cache")
 LAWS = ("modified trapezoid",)
@@ -130,43 +126,6 @@ def test_fitted_machine_reproduces_reached_values(
             assert turn["F_E_N"].min() == pytest.approx(calibrated.least_push_N, rel=1e-6)
         else:
             assert statistics.range_N == pytest.approx(calibrated.other_model.range_N, rel=1e-9)
-
-
-def test_calibrated_machine_is_not_changed(
-    calibrated: CalibrationFound, machine: PlantingMachine
-) -> None:
-    assert machine == file.load("wang2017")
-    assert machine.cam.flank != calibrated.choices[FLANK]
-
-
-def test_fitted_inputs_are_a_machine(force: CalibrationForce) -> None:
-    fit = ForceFit(force, np.full(len(force.inputs), 0.5), dict.fromkeys(FIGURES, 1.0))
-    assert fitted_machine(fit).mass.planet_kg == pytest.approx(2.2)
-
-
-@pytest.mark.parametrize("met", [True, False])
-def test_terminal_and_page_report_whether_target_is_met(
-    met: bool,
-    calibrated: CalibrationFound,
-    machine: PlantingMachine,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
-    presented = (
-        calibrated
-        if met
-        else replace(calibrated, **vars(calibrated.models["exact"]), model="exact")
-    )
-    word = "is met by the printed model" if met else "is missed by the exact model: "
-    presentation = present_calibration(presented, Device(machine, "printed"))
-    presentation.show(Console(as_json=False))
-    assert word in " ".join(capsys.readouterr().out.splitlines()[1:4])
-    page = presentation.page({})
-    assert "Calibration of the planting device wang2017" in page
-    body = page[page.index("<body") :]
-    assert (
-        body.index(word) < body.index("mass.sun_kg") < body.index("What the exact model can reach")
-    )
-    assert "miss / %" in body
 
 
 @pytest.mark.parametrize(
