@@ -28,9 +28,9 @@ from planter.files.spelling import find_spelled, list_spellings
 from planter.kernels import Array, Kernel
 
 if TYPE_CHECKING:
+    from planter.engine.sections import GeneticAlgorithm
     from planter.engine.solvers.constraints import Constraints
     from planter.engine.solvers.curve_sum import Sampling
-    from planter.engine.solvers.sections import GeneticAlgorithm
     from planter.files.document import Document
 
 Role = Literal["result", "law", "pivot", "states", "place", "distance", "size"]

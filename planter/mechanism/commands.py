@@ -77,8 +77,8 @@ def run_optimise(
     """
     from planter.engine.front import require_front
     from planter.engine.search import SearchSpec
+    from planter.engine.sections import DEFAULT_GENETIC
     from planter.engine.solvers.local_search import DEFAULT_STARTS
-    from planter.engine.solvers.sections import DEFAULT_GENETIC
     from planter.mechanism import optimisation, proof
     from planter.mechanism.file import MechanismFile
     from planter.mechanism.presentation import present_optimum

@@ -15,8 +15,7 @@ from pydantic import Field, field_validator
 
 from planter import paths
 from planter.engine.measures import Limit
-from planter.engine.sections import parse_holds, with_whole_limits
-from planter.engine.solvers.sections import GeneticAlgorithm
+from planter.engine.sections import GeneticAlgorithm, parse_holds, with_whole_limits
 from planter.errors import InputError
 from planter.files.csv_rows import inline_points
 from planter.files.document import Document, Origins
