@@ -12,7 +12,7 @@ import inspect
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, Protocol
 
 import casadi as ca
 import numpy as np
@@ -28,9 +28,9 @@ from planter.files.spelling import find_spelled, list_spellings
 from planter.kernels import Array, Kernel
 
 if TYPE_CHECKING:
+    from planter.engine.sections import GeneticAlgorithm
     from planter.engine.solvers.constraints import Constraints
-    from planter.engine.solvers.range_variance import Sampling
-    from planter.engine.solvers.sections import GeneticAlgorithm
+    from planter.engine.solvers.curve_sum import Sampling
     from planter.files.document import Document
 
 Role = Literal["result", "law", "pivot", "states", "place", "distance", "size"]
@@ -240,6 +240,11 @@ class Machine:
         keys = [value.key for value in self.values]
         moved = [self.values[index] for index in self.moved]
         return tuple(value.key if keys.count(value.key) == 1 else value.path for value in moved)
+
+    @property
+    def moved_paths(self) -> tuple[str, ...]:
+        """Paths of the moved values."""
+        return tuple(self.values[index].path for index in self.moved)
 
     @property
     def scale(self) -> Array:
@@ -611,6 +616,19 @@ class Machine:
             return None
         none = ca.SX.zeros(first.numel())
         return function(self.lane(phi, d, h, q), none, d) - function(none, none, d) / 2
+
+
+class HasMachine(Protocol):
+    """An object that states a machine of the engine."""
+
+    @property
+    def engine(self) -> Machine:
+        """The machine."""
+
+
+def to_machine(stated: Machine | HasMachine) -> Machine:
+    """Return a machine, or the one that an object states."""
+    return stated if isinstance(stated, Machine) else stated.engine
 
 
 def build_vectors(
