@@ -155,7 +155,7 @@ class Tree:
 
     def _climb_frames(self, frame: Frame, end: Frame | None) -> tuple[list[Frame], bool]:
         """Return the frames from one up to the base of another, and whether it is reached."""
-        passed = list[Frame]()
+        passed: list[Frame] = []
         while self._motion.base(frame) != end:
             parent = self._motion.frame(frame).parent
             if parent is None:

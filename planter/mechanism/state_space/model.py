@@ -239,9 +239,15 @@ class DynamicsModel:
         return ca.Function("curvature", symbols, [ca.cse(change)], names, ["curvature"])
 
     @cached_property
+    def constraint_values(self) -> ca.Function:
+        """(t, x, u, p) -> gaps, then speeds, that the constraints keep zero."""
+        values = ca.densify(ca.vertcat(self.equations.gap_values, self.equations.speeds))
+        return self._build("constraint_values", {"values": values})
+
+    @cached_property
     def _constraint_jacobian(self) -> ca.Function:
-        constraints = ca.vertcat(self.equations.gap_values, self.equations.speeds)
-        slopes = ca.densify(ca.jacobian(constraints, self.equations.state))
+        values = self.constraint_values(*self._arguments)
+        slopes = ca.densify(ca.jacobian(values, self.equations.state))
         return self._build("constraint_jacobian", {"slopes": slopes})
 
     @property
