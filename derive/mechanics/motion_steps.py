@@ -55,30 +55,30 @@ NEAR = 2
 """Offsets between two points that are added up; of points farther apart the places are subtracted."""
 
 
-def add(*vectors: Iterable[Expr]) -> Triple:
+def add_triples(*vectors: Iterable[Expr]) -> Triple:
     """Return the sum of some components."""
     x, y, z = (sp.Add(*parts) for parts in zip(*vectors, strict=True))
     return x, y, z
 
 
-def scale(factor: Expr, vector: Iterable[Expr]) -> Triple:
+def scale_triple(factor: Expr, vector: Iterable[Expr]) -> Triple:
     """Return a multiple of some components."""
     x, y, z = (factor * c for c in vector)
     return x, y, z
 
 
-def dot(first: Iterable[Expr], second: Iterable[Expr]) -> Expr:
+def dot_product(first: Iterable[Expr], second: Iterable[Expr]) -> Expr:
     """Return the scalar product of components."""
     return sp.Add(*(a * b for a, b in zip(first, second, strict=True)))
 
 
-def apply(rows: Rows, vector: Sequence[Expr]) -> Triple:
+def multiply_rows(rows: Rows, vector: Sequence[Expr]) -> Triple:
     """Return a matrix times some components."""
-    x, y, z = (dot(row, vector) for row in rows)
+    x, y, z = (dot_product(row, vector) for row in rows)
     return x, y, z
 
 
-def transpose(rows: Rows) -> Rows:
+def transpose_rows(rows: Rows) -> Rows:
     """Return the rows of a matrix's transpose."""
     first, second, third = zip(*rows, strict=True)
     return first, second, third
@@ -89,7 +89,7 @@ def add_slopes(parts: Iterable[Slopes]) -> Slopes:
     total: Slopes = {}
     for part in parts:
         for i, way in part.items():
-            total[i] = add(total[i], way) if i in total else way
+            total[i] = add_triples(total[i], way) if i in total else way
     return total
 
 
@@ -136,7 +136,7 @@ class MotionSteps(Motion):
         self._stretches: dict[Point, tuple[Triple, Triple]] = {}
         self._frames: dict[Frame, FrameSteps] = {}
         self._points: dict[Point, Triple] = {}
-        self._known: dict[tuple[str, object], Triple] = {}
+        self._cache: dict[tuple[str, object], Triple] = {}
         self._tensors: dict[tuple[Frame, tuple[Expr, ...]], Rows] = {}
         self._siblings: dict[tuple[Frame, int], list[tuple[Frame, set[Expr]]]] = {}
         self._turned: dict[tuple[Frame, int, Expr], Rows] = {}
@@ -213,8 +213,8 @@ class MotionSteps(Motion):
         return FrameSteps(
             parent,
             self._turn(root, axis, total, label),
-            _along(axis, speed[0]),
-            _along(axis, change[0]),
+            _place_on(axis, speed[0]),
+            _place_on(axis, change[0]),
             root,
             axis,
             total,
@@ -257,13 +257,13 @@ class MotionSteps(Motion):
         label, before = word(frame.name), self.frame(parent).rows
         inner = [tuple(turn.matrix().row(i)) for i in range(3)]
         if before != IDENTITY:
-            own = self._name_rows(f"Q_{label}", inner)
-            inner = [apply(transpose(own), row) for row in before]
+            columns = transpose_rows(self._name_rows(f"Q_{label}", inner))
+            inner = [multiply_rows(columns, row) for row in before]
         rows = self._name_rows(f"R_{label}", inner)
         speeds = self._differentiate((turn.scalar, *turn.vector))
         spin, change = (
-            self.write_plain(scale(S(2), (-turn * Quaternion(r[0], (r[1], r[2], r[3]))).vector))
-            for r in speeds
+            self.write_plain(2 * c for c in (-turn * Quaternion(w, (x, y, z))).vector)
+            for w, x, y, z in speeds
         )
         return FrameSteps(parent, rows, spin, change)
 
@@ -289,7 +289,7 @@ class MotionSteps(Motion):
     def spin_slopes(self, frame: Frame) -> Slopes:
         """Return the slopes of a frame's spin against its parent, in the world."""
         steps = self.frame(frame)
-        return {i: apply(steps.rows, way) for i, way in self._slopes(steps.spin).items()}
+        return {i: multiply_rows(steps.rows, way) for i, way in self._slopes(steps.spin).items()}
 
     def _slopes(self, speed: Triple) -> Slopes:
         rates = [coordinate.rate for coordinate in self.coordinates]
@@ -306,14 +306,16 @@ class MotionSteps(Motion):
 
     def to_world(self, vector: Vec) -> Triple:
         """Return the components of a vector along the axes of the world."""
-        return apply(self.frame(vector.frame).rows, vector.components)
+        return multiply_rows(self.frame(vector.frame).rows, vector.components)
 
     def resolve(self, vector: Vec, frame: Frame) -> Vec:
         """Return a vector by its components in a frame."""
         before, after = self.frame(vector.frame).rows, self.frame(frame).rows
         if before is after or before == after:
             return Vec(frame, vector.components)
-        return Vec(frame, apply(transpose(after), apply(before, vector.components)))
+        return Vec(
+            frame, multiply_rows(transpose_rows(after), multiply_rows(before, vector.components))
+        )
 
     @cached_property
     def world(self) -> Frame:
@@ -329,14 +331,14 @@ class MotionSteps(Motion):
         return self._know("dw", frame, self._find_turning)
 
     def _know(self, kind: str, key: object, find: Callable[..., Triple]) -> Triple:
-        if (kind, key) not in self._known:
-            self._known[kind, key] = find(key)
-        return self._known[kind, key]
+        if (kind, key) not in self._cache:
+            self._cache[kind, key] = find(key)
+        return self._cache[kind, key]
 
-    def _own_spin(self, frame: Frame) -> Triple:
+    def _find_relative_spin(self, frame: Frame) -> Triple:
         """Return the angular velocity against the parent, in the world."""
         steps = self.frame(frame)
-        expr = apply(steps.rows, steps.spin)
+        expr = multiply_rows(steps.rows, steps.spin)
         is_first = steps.parent is None or not any(self.spin(steps.parent).components)
         return self._name_node("w" if is_first else "e", frame, "rad/s", expr)
 
@@ -345,16 +347,17 @@ class MotionSteps(Motion):
         if parent is None:
             return NOTHING
         carried = self.spin(parent).components
-        total = add(carried, self._know("e", frame, self._own_spin))
+        total = add_triples(carried, self._know("e", frame, self._find_relative_spin))
         return self._name_node("w", frame, "rad/s", total)
 
     def _find_turning(self, frame: Frame) -> Triple:
         steps = self.frame(frame)
         if steps.parent is None:
             return NOTHING
-        own = self._know("e", frame, self._own_spin)
-        swept = multiply_cross(self.spin(steps.parent).components, own)
-        total = add(self.turning(steps.parent), swept, apply(steps.rows, steps.change))
+        relative = self._know("e", frame, self._find_relative_spin)
+        swept = multiply_cross(self.spin(steps.parent).components, relative)
+        change = multiply_rows(steps.rows, steps.change)
+        total = add_triples(self.turning(steps.parent), swept, change)
         return self._name_node("dw", frame, "rad/s2", total)
 
     # --- points -----------------------------------------------------------------------------------
@@ -384,7 +387,9 @@ class MotionSteps(Motion):
     def stretch_slopes(self, point: Point) -> Slopes:
         """Return the slopes of that motion, in the world."""
         rows = self.frame(self._offset(point).frame).rows
-        return {i: apply(rows, way) for i, way in self._slopes(self.stretch(point)[0]).items()}
+        return {
+            i: multiply_rows(rows, way) for i, way in self._slopes(self.stretch(point)[0]).items()
+        }
 
     def position(self, point: Point) -> Triple:
         """Return the place of a point [m] in the world."""
@@ -393,7 +398,7 @@ class MotionSteps(Motion):
     def _find_position(self, point: Point) -> Triple:
         if point.base is None:
             return NOTHING
-        total = add(self.position(point.base), self.offset(point))
+        total = add_triples(self.position(point.base), self.offset(point))
         return self._name_node("r", point, "m", total)
 
     def _swept(self, point: Point) -> Triple:
@@ -411,9 +416,9 @@ class MotionSteps(Motion):
             return NOTHING
         swept = self._know("u", point, self._swept)
         rows = self.frame(self._offset(point).frame).rows
-        stretch = apply(rows, self.stretch(point)[0])
+        stretch = multiply_rows(rows, self.stretch(point)[0])
         before = self.velocity(point.base, self.world).components
-        return self._name_node("v", point, "m/s", add(before, swept, stretch))
+        return self._name_node("v", point, "m/s", add_triples(before, swept, stretch))
 
     def acceleration(self, point: Point, frame: Frame) -> Vec:
         """Return the absolute acceleration of a point [m/s2] along the axes of a frame."""
@@ -424,12 +429,14 @@ class MotionSteps(Motion):
             return NOTHING
         frame = self._offset(point).frame
         rows, (once, twice) = self.frame(frame).rows, self.stretch(point)
-        relative = add(self._know("u", point, self._swept), scale(S(2), apply(rows, once)))
-        total = add(
+        relative = add_triples(
+            self._know("u", point, self._swept), scale_triple(S(2), multiply_rows(rows, once))
+        )
+        total = add_triples(
             self.acceleration(point.base, self.world).components,
             multiply_cross(self.turning(frame), self.offset(point)),
             multiply_cross(self.spin(frame).components, relative),
-            apply(rows, twice),
+            multiply_rows(rows, twice),
         )
         if names:
             pairs = zip(names, total, strict=True)
@@ -440,7 +447,7 @@ class MotionSteps(Motion):
     def name_accelerations(self, points: Iterable[tuple[Point, Sequence[Quantity]]]) -> None:
         """Define names for the accelerations of points; components that are zero have none."""
         for point, symbols in points:
-            self._known["a", point] = self._find_acceleration(point, symbols)
+            self._cache["a", point] = self._find_acceleration(point, symbols)
 
     def spin_ways(self, frame: Frame) -> Slopes:
         """Return the slopes of a frame's angular velocity in the rates, in the world."""
@@ -471,9 +478,11 @@ class MotionSteps(Motion):
         forward = [p for p in after if p not in before]
         back = [p for p in before if p not in after]
         if len(forward) + len(back) > NEAR:
-            return add(self.position(end), scale(S.NegativeOne, self.position(start)))
-        behind = [scale(S.NegativeOne, self.offset(p)) for p in back]
-        return add(NOTHING, *(self.offset(p) for p in forward), *behind)
+            return add_triples(
+                self.position(end), scale_triple(S.NegativeOne, self.position(start))
+            )
+        behind = [scale_triple(S.NegativeOne, self.offset(p)) for p in back]
+        return add_triples(NOTHING, *(self.offset(p) for p in forward), *behind)
 
     # --- bodies -----------------------------------------------------------------------------------
 
@@ -482,11 +491,11 @@ class MotionSteps(Motion):
         key = frame, part.inertia
         if key not in self._tensors:
             rows = self.frame(frame).rows
-            carried = [apply(part.tensor, row) for row in rows]
+            carried = [multiply_rows(part.tensor, row) for row in rows]
             entries: dict[tuple[int, int], Expr] = {}
             for i, j in ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)):
                 stem = f"I_{word(frame.name)}_{AXES[i]}{AXES[j]}"
-                entry = self.name(stem, "kg m2", dot(rows[i], carried[j]))
+                entry = self.name(stem, "kg m2", dot_product(rows[i], carried[j]))
                 entries[i, j] = entries[j, i] = entry
             x, y, z = ((entries[i, 0], entries[i, 1], entries[i, 2]) for i in range(3))
             self._tensors[key] = x, y, z
@@ -497,7 +506,7 @@ class MotionSteps(Motion):
 
         def find(_: object) -> Triple:
             spin = self.spin(frame).components
-            momentum = apply(self.tensor(part, frame), spin)
+            momentum = multiply_rows(self.tensor(part, frame), spin)
             if spin[:2] == (0, 0):  # in the plane it is needed but once
                 return momentum
             return self._name_node("L", frame, "kg m2/s", momentum)
@@ -508,7 +517,10 @@ class MotionSteps(Motion):
         """Return the rate of that [N m]."""
         momentum = self.angular_momentum(part, frame).components
         swept = multiply_cross(self.spin(frame).components, momentum)
-        return Vec(self.world, add(apply(self.tensor(part, frame), self.turning(frame)), swept))
+        return Vec(
+            self.world,
+            add_triples(multiply_rows(self.tensor(part, frame), self.turning(frame)), swept),
+        )
 
     # --- loads ------------------------------------------------------------------------------------
 
@@ -523,21 +535,21 @@ class MotionSteps(Motion):
         for point in reversed(carriers):
             if point.base is None:
                 continue
-            force = self._name_node("f", point, "N", add(*forces[point]))
+            force = self._name_node("f", point, "N", add_triples(*forces[point]))
             turned = multiply_cross(self.offset(point), force)
             forces.setdefault(point.base, []).append(force)
             moments.setdefault(self._offset(point).frame, []).append(turned)
             for i, way in self.stretch_slopes(point).items():
-                power[i].append(dot(way, force))
+                power[i].append(dot_product(way, force))
         turning = dict.fromkeys(parent for frame in moments for parent in self.chain(frame))
         for frame in reversed(turning):
             parent = self.frame(frame).parent
             if parent is None:
                 continue
-            moment = self._name_node("n", frame, "N m", add(*moments[frame]))
+            moment = self._name_node("n", frame, "N m", add_triples(*moments[frame]))
             moments.setdefault(parent, []).append(moment)
             for i, way in self.spin_slopes(frame).items():
-                power[i].append(dot(way, moment))
+                power[i].append(dot_product(way, moment))
         return [sp.Add(*parts) for parts in power]
 
     def chain(self, frame: Frame) -> list[Frame]:
@@ -546,7 +558,7 @@ class MotionSteps(Motion):
         return [frame] if parent is None else [*self.chain(parent), frame]
 
 
-def _along(axis: int, size: Expr) -> Triple:
+def _place_on(axis: int, size: Expr) -> Triple:
     x, y, z = (size if i == axis else S.Zero for i in range(3))
     return x, y, z
 
