@@ -48,7 +48,7 @@ class Loads:
         for body in self.bodies:
             for part in body.parts:
                 motion.acceleration(part.centroid, motion.world)
-                motion.momentum_rate(part, body.frame)
+                motion.momentum_rate(part.tensor, body.frame)
         self._pushes = [
             (
                 self._name("p", "N", action, action.force),
@@ -78,7 +78,7 @@ class Loads:
             rise = add_triples(motion.acceleration(part.centroid, motion.world).components, fall)
             label = f"i_{word(body.name)}" + (f"_{number}" if number > 1 else "")
             force = motion.name_all(label, "N", scale_triple(part.mass, rise))
-            moments.append(motion.momentum_rate(part, body.frame).components)
+            moments.append(motion.momentum_rate(part.tensor, body.frame).components)
             moments.append(multiply_cross(motion.reach(at, part.centroid), force))
             forces.append(force)
         for action, (force, moment) in zip(self._actions, self._pushes, strict=True):
@@ -286,7 +286,7 @@ class ArticulatedInertias:
                 x, y, z = arm = self._motion.reach(link.at, part.centroid)
                 square, mass = sum(a * a for a in arm), part.mass
                 cross = (S.Zero, -z, y), (z, S.Zero, -x), (-y, x, S.Zero)
-                tensor = self._motion.tensor(part, body.frame)
+                tensor = self._motion.tensor(part.tensor, body.frame)
                 for a in range(3):
                     total[a + 3][a + 3] += mass
                     total[a][a] += mass * square
