@@ -5,7 +5,6 @@ from __future__ import annotations
 import textwrap
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from operator import attrgetter
-from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from planter.files import units
@@ -125,22 +124,6 @@ def tabulate_named(values: Mapping[str, Any], names: Mapping[str, str], caption:
             (name, format_cell(value), unit.strip() if stroke else units.display_unit(key), key)
         )
     return Table(NAMED_HEAD, rows, caption)
-
-
-def tabulate_rows(
-    rows: Sequence[Mapping[str, Any]],
-    keys: Sequence[str],
-    caption: str = "",
-    page_keys: Sequence[str] = (),
-    names: Mapping[str, str] = MappingProxyType({}),
-) -> Table:
-    """Return a table of `rows` with a column for each key, with its name if it has one in `names`.
-
-    Columns of `page_keys` come last, and on pages alone. Rounding errors are zero.
-    """
-    head = [format_label(key, names.get(key)) for key in (*keys, *page_keys)]
-    cells = [[_clean_cell(row[key]) for key in (*keys, *page_keys)] for row in rows]
-    return Table(head, cells, caption, head[len(keys) :])
 
 
 def tabulate_records(

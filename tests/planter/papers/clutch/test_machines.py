@@ -18,9 +18,11 @@ from planter.papers.clutch.model import (
     collect_values,
     control_motion,
     load_model,
-    pack_crank,
 )
 from tests.support.responses import check_slopes, values_of
+
+
+CRANK = ("l_AB", "l_BC", "l_AC")
 
 
 @pytest.fixture(scope="module")
@@ -37,7 +39,11 @@ def test_the_sleeve_goes_as_the_linkage_pushes_it(machine: Machine) -> None:
     for name, expected in linkage.evaluate(values["shift"]).items():
         np.testing.assert_allclose(values[name], expected, rtol=1e-12, err_msg=name)
     pushed = load_model()(
-        "push", shift=values["shift"], crank=pack_crank(sizes), F1=sizes["F1"], r_A=sizes["r_A"]
+        "push",
+        shift=values["shift"],
+        crank=[sizes[name] for name in CRANK],
+        F1=sizes["F1"],
+        r_A=sizes["r_A"],
     )
     for name in ("tooth_force", "side_force"):
         np.testing.assert_allclose(values[name], pushed[name], rtol=1e-13)
@@ -49,7 +55,9 @@ def test_machine_motion_agrees_with_dynamics(machine: Machine) -> None:
     start, lift = np.pi / 2 - sizes["gamma"], machine.turn / 2
     times = np.linspace(0.1, 0.9, 9) * lift / speed
     link = [sizes["k"], sizes["gamma"], start, start + lift, speed]
-    course = formulas.load("clutch_motion")("course", t=times, crank=pack_crank(sizes), link=link)
+    course = formulas.load("clutch_motion")(
+        "course", t=times, crank=[sizes[name] for name in CRANK], link=link
+    )
     values = values_of(machine, speed * times)
     for name, expected in (
         ("alpha", "link_angle"),
