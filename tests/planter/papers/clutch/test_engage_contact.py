@@ -319,18 +319,6 @@ def test_load_that_stays_is_no_impact(runs: dict[str, SwitchingRun]) -> None:
     assert contact.classify_engagement(settled) == "held load"
 
 
-def test_both_clutches_read_the_same_inputs() -> None:
-    """Geometry apart, no input acts on one clutch only: what each right-hand side depends on."""
-    names = contact.NAMES
-    used = {}
-    for name, clutch in CLUTCHES.items():
-        depends = ca.which_depends(clutch.dae["ode"], clutch.dae["p"], 1, False)
-        used[name] = {n for n, does in zip(names, depends, strict=True) if does}
-    shape = {"taper", "width", "hole", "tip", "root", "apothem", "fillet", "travel"}
-    assert used["reuleaux"] - used["dog"] <= shape
-    assert used["dog"] - used["reuleaux"] == {"radius", "backlash", "edge", "depth", "fit"}
-
-
 @pytest.mark.usefixtures("blank_figures")
 def test_command(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, runs: dict[str, SwitchingRun]
