@@ -238,8 +238,8 @@ class CrankLinkage:
 
     def makes(self, travel: float) -> bool:
         """Return whether crank and rod meet from end to end of a travel [m]."""
-        least, largest = abs(self.crank - self.rod), self.crank + self.rod
-        return all(least < pin < largest for pin in (self.distance, self.distance + travel))
+        low, high = abs(self.crank - self.rod), self.crank + self.rod
+        return all(low < pin < high for pin in (self.distance, self.distance + travel))
 
     def check(self, travel: float, where: str) -> None:
         """Raise GeometryError, naming the position of the rod in its file, unless the linkage makes
