@@ -102,7 +102,7 @@ _HOMES = {
     "papers.clutch.modal_engagement": ("engage_clutch:evaluate_engagement",),
     "papers.clutch.field": ("evaluate_field", "plan_field"),
     "papers.clutch.file": ("load_clutch",),
-    "papers.clutch.geometry": ("clutch_geometry:compute_geometry",),
+    "papers.clutch.model": ("clutch_geometry:compute_geometry",),
     "papers.clutch.sizing": ("optimise_clutch", "size_clutch"),
     "mechanism.state_space.model": ("load_dynamics",),
     "engine.outputs": (
