@@ -34,7 +34,7 @@ from planter.kernels import Array
 from planter.kernels.generated import find_periodic
 from planter.mechanism.file import MechanismFile
 from planter.mechanism.machines import build_machine
-from planter.mechanism.proof import EnclosedMechanism
+from planter.mechanism.proof import EnclosedMechanism, build_objective
 from planter.report.presentation import describe_proof
 from planter.text_files import read_json
 from tests.planter.engine.proof.tampering import renew
@@ -158,6 +158,14 @@ def test_bounds_are_below_the_objective_of_every_design(objective: str) -> None:
     assert bounds.reached == pytest.approx(centre, rel=1e-9)
     spread = bounds.slopes.low @ (box[1] - box[0]), bounds.slopes.high @ (box[1] - box[0])
     assert spread[0] - slack <= goal(box[1]) - goal(box[0]) <= spread[1] + slack
+
+
+def test_true_objective_may_hold_a_value_at_an_angle() -> None:
+    file = own.file(ARM_NAME)
+    x = build_machine(file).design
+    bounds = build_objective(file, {}, parse_sum("y_tip at 50"), [], None)(x, x)
+    assert bounds.lower_bound <= evaluate("y_tip at 50", x) <= bounds.reached
+    assert bounds.reached - bounds.lower_bound < 1e-9 * bounds.reached
 
 
 def test_possible_friction_reversal_disables_slope_proof() -> None:
