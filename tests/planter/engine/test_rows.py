@@ -118,7 +118,7 @@ def test_rows_are_the_same_without_a_compiler(monkeypatch: pytest.MonkeyPatch) -
     machine = build_machine(own.file("cam_follower"))
     d = spread(machine.data, 0.1, 9)
     compiled = MachineRows(machine, ["N_cam"], ANGLES).evaluate(d, measure)
-    monkeypatch.setattr(backends, "select_fastest", backends.build_virtual_machine)
+    monkeypatch.setattr(backends, "select_fastest", backends.VirtualMachine)
     plain = MachineRows(machine, ["N_cam"], ANGLES).evaluate(d, measure)
     np.testing.assert_allclose(plain, compiled, rtol=1e-12)
 

@@ -198,7 +198,7 @@ def test_bound_kernel_suggests_pickling_kernel(kernel: Kernel) -> None:
         pickle.dumps(bound)
 
 
-@pytest.mark.parametrize("build", [backends.build_virtual_machine, backends.select_fastest])
+@pytest.mark.parametrize("build", [backends.VirtualMachine, backends.select_fastest])
 @pytest.mark.parametrize("summed", [False, True])
 def test_no_lanes_give_empty_outputs(build: Callable[[LaneTask], Backend], summed: bool) -> None:
     phi, x = ca.SX.sym("phi"), ca.SX.sym("x", 2)
@@ -223,7 +223,7 @@ def test_stack_equals_single_calls(
     summed: bool, is_compiled: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     if not is_compiled:
-        monkeypatch.setattr(backends, "select_fastest", backends.build_virtual_machine)
+        monkeypatch.setattr(backends, "select_fastest", backends.VirtualMachine)
     rng, calls, lanes = np.random.default_rng(2), 3, 7
     phi, d, q = (
         rng.normal(size=(1, lanes)),

@@ -30,7 +30,7 @@ CASES = {
 
 @pytest.fixture(autouse=True)
 def plain_kernels(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(backends, "select_fastest", backends.build_virtual_machine)
+    monkeypatch.setattr(backends, "select_fastest", backends.VirtualMachine)
 
 
 @pytest.mark.parametrize("name", CASES)
