@@ -8,7 +8,7 @@ import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.polynomial import chebyshev
@@ -299,7 +299,8 @@ class _Panels(NamedTuple):
 
     def select(self, index: Flags | Integers) -> _Panels:
         """Return some of the panels."""
-        return self._make(part[..., index, :] for part in self)
+        parts: list[Any] = [part[..., index, :] for part in self]
+        return _Panels(*parts)
 
     def halve(self) -> tuple[Integers, Array, Array]:
         """Return owners and ends of both halves of all panels."""
