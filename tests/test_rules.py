@@ -43,13 +43,12 @@ PARSERS = {"tomllib", "json", "np", "numpy", "pickle", "yaml", "pandas", "io", "
 READING = {
     "text_files.py": "the door",
     "audit/numbers.py": "printed numbers of installed rooms",
-    "cli/bench/tasks.py": "copies this program itself",
-    "cli/commands.py": "references of installed packages, topics of this program",
+    "cli/benchmark.py": "copies this program itself",
+    "cli/commands.py": "topics of this program",
+    "cli/references.py": "references of installed packages",
     "report/folder.py": "the lock of a folder, opened without following links",
     "files/examples.py": "files that installed rooms bring",
-    "exports/co_simulation.py": (
-        "files of this program, a library that was compiled a moment before"
-    ),
+    "exports/fmi.py": ("files of this program, a library that was compiled a moment before"),
     "kernels/builds.py": "/proc of processes that compile",
     "kernels/generated.py": "functions of installed rooms",
     "kernels/programs.py": "a program that was compiled a moment before",
@@ -60,7 +59,7 @@ READING = {
     "jobs.py": "answers of processes that this one started",
     "task.py": "a task, and its jobs, of the process that started this one",
     "papers/planting/family_pairs.py": "an entry that this module wrote a moment before",
-    "papers/planting/printed/attainable.py": "a front of this program",
+    "papers/planting/calibration.py": "the record of a study of this program",
     "report/process.py": "the null device",
     "report/animation.py": "an animation that was written a moment before",
     "studio/live.py": (
@@ -136,9 +135,9 @@ WRITING = {
     "kernels/builds.py": "folders of the cache",
     "kernels/programs.py": "a scratch folder",
     "kernels/toolchain.py": "a scratch folder",
-    "exports/co_simulation.py": "a scratch folder",
+    "exports/fmi.py": "a scratch folder",
     "studio/session.py": "a scratch folder",
-    "rows/sweeps/job.py": "a database that --overwrite replaces",
+    "rows/job.py": "a database that --overwrite replaces",
 }
 """Modules that write something, and what."""
 
@@ -174,15 +173,15 @@ ANGLES = {
 DRAWN = {"report", "scene", "figures", "printed"}
 """Folders and modules of figures and scenes, which draw, and of what papers print."""
 BY_HAND = {
-    "papers/clutch/contact_simulation.py": "where a search starts",
-    "papers/clutch/geometry.py": "direction of a line through two generated points",
+    "papers/clutch/contact.py": "where a search starts",
+    "papers/clutch/model.py": "direction of a line through two generated points",
     "papers/clutch/machines.py": (
         "lift of the link along the crank's angle, compared with the generated model in its test"
     ),
     "papers/clutch/rotor.py": (
         "normals of a polygon's sides in a linear programme; the outline that is drawn"
     ),
-    "gears/geometry/trimming.py": "points and directions on circles",
+    "gears/geometry/pieces.py": "points and directions on circles",
     "gears/geometry/pitch_curves.py": "how steep a curve of a table is, to refuse it",
     "papers/mapping/dyads.py": "poses as points of a linear system, directions to search in",
     "papers/mapping/linkage.py": "roots of the generated closed loop, intervals between them",
@@ -190,8 +189,6 @@ BY_HAND = {
         "the closed-form loop of a linkage, compared with the synthesis in its test"
     ),
     "papers/mapping/model.py": "angle of a generated vector",
-    "papers/mapping/nearest.py": "angles of given poses",
-    "papers/mapping/synthesis.py": "angles of given poses",
     "papers/pickup/file.py": "whether a law that a user hands in goes forward",
     "papers/pickup/inverse.py": "directions of given points",
     "papers/pickup/law.py": "a law of motion that a user chooses, between its joints",

@@ -12,7 +12,7 @@ import inspect
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, Protocol
 
 import casadi as ca
 import numpy as np
@@ -23,14 +23,14 @@ from planter.engine.measures import Limit, Measure, PointDistance, parse_distanc
 from planter.engine.piecewise import build_clearance, build_distance, build_separation, read_curve
 from planter.errors import InputError
 from planter.files import examples, units
-from planter.files.kinds import find_kind, load_part
+from planter.files.examples import find_kind, load_part
 from planter.files.spelling import find_spelled, list_spellings
 from planter.kernels import Array, Kernel
 
 if TYPE_CHECKING:
+    from planter.engine.sections import GeneticAlgorithm
     from planter.engine.solvers.constraints import Constraints
-    from planter.engine.solvers.range_variance import Sampling
-    from planter.engine.solvers.sections import GeneticAlgorithm
+    from planter.engine.solvers.curve_sum import Sampling
     from planter.files.document import Document
 
 Role = Literal["result", "law", "pivot", "states", "place", "distance", "size"]
@@ -120,6 +120,22 @@ class MachineStage:
 
 
 @dataclass(frozen=True)
+class FreeMotion:
+    """What makes a machine of a mechanism that no angle drives: a turn of it is the time from 0 to
+    `span` [s].
+
+    `respond` makes the responses of its quantities (as `planter.engine.response.MachineResponse`),
+    whose states follow from `motions`, which are integrated; `extend` gives the machine over
+    another span [s].
+    """
+
+    span: float
+    motions: Any
+    respond: Callable[..., Any]
+    extend: Callable[[float], Machine]
+
+
+@dataclass(frozen=True)
 class Documentation:
     """Texts about a machine: its title, the reference of its model, and its equations.
 
@@ -134,7 +150,7 @@ class Documentation:
 
 @dataclass(frozen=True)
 class Machine:
-    """A machine that an angle drives.
+    """A machine that an angle drives, or whose free `motion` the time takes through its states q.
 
     Functions: `prologue` d -> h, `lane` (phi, d, h, q) -> quantities of a side, `totals` (one, two,
     d) -> quantities of both sides, `events` (phi, d, h, q) -> values whose zeros are kinks,
@@ -188,6 +204,8 @@ class Machine:
     subject: object = None
     angle: str = "phi"
     documentation: Documentation = Documentation("", "")
+    motion: FreeMotion | None = None
+    states: int = 0
 
     @property
     def name(self) -> str:
@@ -222,6 +240,11 @@ class Machine:
         keys = [value.key for value in self.values]
         moved = [self.values[index] for index in self.moved]
         return tuple(value.key if keys.count(value.key) == 1 else value.path for value in moved)
+
+    @property
+    def moved_paths(self) -> tuple[str, ...]:
+        """Paths of the moved values."""
+        return tuple(self.values[index].path for index in self.moved)
 
     @property
     def scale(self) -> Array:
@@ -499,7 +522,12 @@ class Machine:
         return self.build(self.document.with_numbers(changes))
 
     def with_speed(self, speed_rpm: float) -> Machine:
-        """Return the machine of its file with another speed of the drive [r/min]."""
+        """Return the machine of its file with another speed of the drive [r/min].
+
+        Raises InputError if no angle drives it.
+        """
+        if self.motion is not None:
+            raise InputError(f"--speed-rpm does not apply to {self.name}: no angle drives it")
         speed = self.values[self.speed]
         return self.with_numbers(
             {speed.path: speed_rpm * units.unit_factor("speed_rpm") / speed.factor}
@@ -532,7 +560,7 @@ class Machine:
     @cached_property
     def symbols(self) -> tuple[ca.SX, ca.SX, ca.SX, ca.SX]:
         """Symbols of phi, d, h and q."""
-        coordinates = self.loops.size if self.loops else 0
+        coordinates = self.loops.size if self.loops else self.states
         sizes = {"phi": 1, "d": len(self.values), "h": self.prologue.numel_out(0), "q": coordinates}
         phi, d, h, q = (ca.SX.sym(name, size) for name, size in sizes.items())
         return phi, d, h, q
@@ -590,6 +618,19 @@ class Machine:
         return function(self.lane(phi, d, h, q), none, d) - function(none, none, d) / 2
 
 
+class HasMachine(Protocol):
+    """An object that states a machine of the engine."""
+
+    @property
+    def engine(self) -> Machine:
+        """The machine."""
+
+
+def to_machine(stated: Machine | HasMachine) -> Machine:
+    """Return a machine, or the one that an object states."""
+    return stated if isinstance(stated, Machine) else stated.engine
+
+
 def build_vectors(
     components: Mapping[str, tuple[str, ...]], quantities: Sequence[Quantity]
 ) -> Iterator[Vector]:
@@ -635,6 +676,26 @@ def load_machine(
     speed_rpm: float | None = None,
     **choices: str,
 ) -> Machine:
+    """Return the machine of a file, or of a built-in name, that an angle drives.
+
+    Raises InputError as `load_any_machine`, and for one that moves freely.
+
+    >>> load_machine("wang2017", {"R3_mm": 31.0}).name
+    'wang2017'
+    """
+    machine = load_any_machine(source, changes, speed_rpm, **choices)
+    if machine.motion is not None:
+        message = f"no angle drives {machine.name}; run `planter move` for its free motion"
+        raise InputError(f"{source}: {message}")
+    return machine
+
+
+def load_any_machine(
+    source: str,
+    changes: Mapping[str, float] | None = None,
+    speed_rpm: float | None = None,
+    **choices: str,
+) -> Machine:
     """Return the machine of a file, or of a built-in name, some numbers [in the units of their
     paths] changed.
 
@@ -642,9 +703,6 @@ def load_machine(
     drive [r/min]. Further keywords are choices that some machines leave, such as the model. Raises
     InputError if there is no such machine, for an invalid number, or for a choice that the machine
     does not leave.
-
-    >>> load_machine("wang2017", {"R3_mm": 31.0}).name
-    'wang2017'
     """
     module = find_kind(source) or load_part(source, "machines")  # which says what a file lacks
     if module is None:

@@ -503,6 +503,18 @@ class MachineResponse:
         )
 
 
+def open_response(
+    machine: Machine,
+    names: Sequence[str] | None = None,
+    with_events: bool = False,
+    more: Sequence[tuple[Quantity, ca.SX]] = (),
+) -> MachineResponse:
+    """Return the response of a machine, driven or free, as `MachineResponse`."""
+    build = MachineResponse if machine.motion is None else machine.motion.respond
+    response: MachineResponse = build(machine, names, with_events=with_events, more=more)
+    return response
+
+
 def _differentiate(rows: ca.SX, angle: ca.SX) -> ca.SX:
     """Return the derivative of rows (m, 1) in an angle; of one row in reverse mode, which takes
     fewer operations.

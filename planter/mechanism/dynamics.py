@@ -8,6 +8,7 @@ of the slopes.
 
 from __future__ import annotations
 
+import copy
 import itertools
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -102,6 +103,18 @@ class Passage:
 
 
 @dataclass(frozen=True)
+class MotionStep:
+    """A step of an integrator from a time to another [s]: its states (2k, n) as a function of times
+    (n,), and the events at its end.
+    """
+
+    start: float
+    end: float
+    states: Callable[[Array], Array]
+    crossed: Sequence[Passage]
+
+
+@dataclass(frozen=True)
 class Equations:
     """Equations of motion in a state: inertia (k, k), forces (k,), slopes (c, k), bends (c,),
     speeds (c,) and gaps; SI.
@@ -158,6 +171,14 @@ class Dynamics:
             )
         self._stages = self.formulas.sidecar["functions"].keys()
         self.graphs = MotionEquations(self.formulas, self.history.place(self.data))
+
+    def with_data(self, data: Array) -> Dynamics:
+        """Return the same dynamics at other values (d,) [SI] of what its history holds."""
+        _ = self._free_kernel if self._is_free else self._kernel  # which all share
+        same = copy.copy(self)
+        vars(same).pop("_begun", None)
+        same.data, same.history = data, self.history.with_data(data)
+        return same
 
     def data_at(self, times: Array | float) -> Array:
         """Return the values of the file [SI] at times (n,) [s], (d, n); at all times (d,) if none
@@ -270,10 +291,11 @@ class Dynamics:
         The sizes are those of the normal forces that friction follows from (`find_sizes`), the
         inputs those of the history.
         """
-        graphs, parts = self.graphs, self.graphs.graphs
+        graphs = self.graphs
         symbols = [graphs.time, graphs.state, graphs.sizes, self.history.symbols]
-        names = [field.name for field in fields(parts)]
-        outputs = [getattr(parts, name) for name in names]
+        names = [field.name for field in fields(Equations)]
+        outputs = [graphs.inertia, graphs.forces, graphs.slopes, graphs.bends]
+        outputs += [graphs.speeds, graphs.gap_values]
         return ca.Function("motion", symbols, outputs, ["time", "state", "sizes", "inputs"], names)
 
     @property
@@ -288,7 +310,7 @@ class Dynamics:
         """Whether accelerations depend on the sizes: by friction, not by the flank on which rigid
         teeth bear.
         """
-        return "sizes" in self.formulas.sidecar["functions"].get("forces", {"inputs": ()})["inputs"]
+        return self.graphs.is_rubbing
 
     def _list_outputs(self, stage: str) -> list[str]:
         return self.formulas.outputs(stage) if stage in self._stages else []
@@ -352,6 +374,11 @@ class Dynamics:
         slopes that add less than ``share`` of the first follow from others. Raises ComputationError
         if neither inertia nor a constraint resists some motion, or as `find_sizes` does.
         """
+        if self._is_free:
+            with suppress(NotFiniteError):  # of which the dense equations tell the reason
+                inputs = self.history.at(time)
+                solved = self._free_kernel(time=time, state=state, inputs=inputs)
+                return solved["accelerations"][:, 0], np.empty(0)
         sizes = (
             self.find_sizes(time, state, share)
             if self._is_rubbing
@@ -472,7 +499,9 @@ class Dynamics:
     @cached_property
     def _free_kernel(self) -> Kernel:
         graphs = self.graphs
-        accelerations = InertiaFactor(graphs.graphs.inertia).solve(graphs.graphs.forces)
+        accelerations = graphs.accelerations
+        if accelerations is None:
+            accelerations = InertiaFactor(graphs.inertia).solve(graphs.forces)
         symbols = [graphs.time, graphs.state, self.history.symbols]
         names = ["time", "state", "inputs"]
         solved = ca.Function("free", symbols, [accelerations], names, ["accelerations"])
@@ -582,7 +611,7 @@ class Dynamics:
     @cached_property
     def _has_curved_slips(self) -> bool:
         """Whether a speed that vanishes is not linear in the rates."""
-        slopes, rates = self.graphs.graphs.slopes, self.graphs.state[self.size :]
+        slopes, rates = self.graphs.slopes, self.graphs.state[self.size :]
         return bool(len(self.constraints)) and any(
             ca.which_depends(ca.vec(slopes), rates, 1, False)
         )
@@ -642,12 +671,17 @@ class Dynamics:
                 )
 
     def integrate(
-        self, times: Array, tolerance: float, state: Array, stiff: bool = False
+        self,
+        times: Array,
+        tolerance: float,
+        state: Array,
+        stiff: bool = False,
+        steps: list[MotionStep] | None = None,
     ) -> tuple[Array, list[Passage]]:
         """Return states (2k, n) [rad, m and per s] and events of a motion at times (n,) [s] from an
         allowed state.
 
-        The rest is as for `run`.
+        The integrator's steps are added to `steps`. The rest is as for `run`.
         """
         pace, share = _Pace(self.file.name, times[0], times[-1]), self._find_share(times[0], state)
         accelerate = self._bind_accelerations(share)
@@ -675,7 +709,7 @@ class Dynamics:
         begin = partial(method, rates, rtol=tolerance, atol=1e-2 * tolerance)
         solver, states, passages = begin(times[0], state, times[-1]), [state], []
         resolution = TIME_RESOLUTION * np.abs(times[[0, -1]]).max()
-        signs = np.zeros(len(self._event_names))
+        signs = np.zeros(len(self.event_names))
         with name_step(
             lambda: f"{self.file.name}: integrated {solver.t:.4g} s of {times[-1]:.4g} s"
         ):
@@ -687,7 +721,7 @@ class Dynamics:
                     )
                 crossed, after = (
                     self._find_passages(solver, signs, resolution)
-                    if self._event_names
+                    if self.event_names
                     else ([], signs)
                 )
                 inside = [
@@ -702,6 +736,8 @@ class Dynamics:
                     continue
                 signs = after
                 passages += crossed
+                if steps is not None:
+                    steps.append(MotionStep(solver.t_old, solver.t, solver.dense_output(), crossed))
                 if len(passed := times[len(states) :][times[len(states) :] <= solver.t]):
                     dense = solver.dense_output()
                     states += [self.project(time, dense(time), share) for time in passed]
@@ -721,7 +757,7 @@ class Dynamics:
         return max(RANK, PASSAGE * find_weakest_share(self.equations(time, state).slopes))
 
     @cached_property
-    def _event_names(self) -> list[str]:
+    def event_names(self) -> list[str]:
         """The names of the events, which the meanings of their values are."""
         return [
             entry["meaning"] for entry in self.formulas.sidecar["vectors"].get("events_outputs", ())
@@ -761,7 +797,7 @@ class Dynamics:
                 time = (
                     start if is_over else scipy.optimize.brentq(value, start, end, xtol=resolution)
                 )
-                passages.append(Passage(self._event_names[index], float(time), is_rising))
+                passages.append(Passage(self.event_names[index], float(time), is_rising))
             outside = values[np.abs(values) > GAP_TOLERANCE]
             if len(outside):
                 after[index] = np.sign(outside[-1])

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 from functools import partial
 from importlib import import_module
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 from planter.engine import tables
 from planter.engine.machine import Machine
@@ -25,23 +25,8 @@ if TYPE_CHECKING:
         MechanismCycleResult,
         MechanismWarning,
     )
-    from planter.progress import Listener
     from planter.report.animation import MotionBlock
     from planter.report.presentation import ResultPresentation
-    from planter.task import Means
-
-
-class HasMachine(Protocol):
-    """An object that states a machine of the engine."""
-
-    @property
-    def engine(self) -> Machine:
-        """The machine."""
-
-
-def to_machine(stated: Machine | HasMachine) -> Machine:
-    """Return a machine, or the one that an object states."""
-    return stated if isinstance(stated, Machine) else stated.engine
 
 
 @dataclass(frozen=True)
@@ -128,10 +113,8 @@ class MachineExtension:
         """
         return {"derived": partial(self.machine.build, self.machine.document)}
 
-    def fit_to_figures(
-        self, model: str, target: str, laws: Sequence[str], listener: Listener, means: Means
-    ) -> ResultPresentation:
-        """Return the fit to the figures that a paper reports, `model` first.
+    def fit_to_figures(self, model: str, target: str) -> ResultPresentation:
+        """Return the fit to the figures that a paper reports.
 
         Raises InputError if no paper reports any.
         """

@@ -10,7 +10,7 @@ from planter.engine.sensitivity import Direction, SensitivityResult
 from planter.engine.solvers.result import EvaluationCounts, OptimalityCertificate
 from planter.engine.summary import CycleSummary
 from planter.files.record import Record, WarningRecord
-from planter.gears.workshop.cam_results import Cam
+from planter.gears.results import Cam
 from planter.measured.findings import MeasurementResult
 
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING
 
-from planter.report.names import load_names
+from planter.report.labels import load_names
 from planter.report.subject import (
     Control,
     DetailTable,
@@ -66,9 +66,9 @@ class Poses:
 
         synthesis = self._synthesis(values)
         return [
-            scene.linkage(linkage, synthesis.poses, circuit)
+            motion
             for linkage in synthesis.linkages
-            for circuit in sorted({standing.circuit for standing in linkage.standings})
+            for motion in scene.build_linkage_scenes(linkage, synthesis.poses).values()
         ]
 
     def readings(self, values: Values, model: str) -> Sequence[Reading]:

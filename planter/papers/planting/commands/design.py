@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from planter.errors import Interrupted
-from planter.gears.options import Module1Option, Module2Option, ModuleOption
+from planter.gears.commands import Module1Option, Module2Option, ModuleOption
 from planter.mechanism.commands import SearchOptions, refuse_options, run_optimise
 from planter.papers.planting.commands.options import (
     FIGURES,
@@ -37,13 +37,16 @@ from planter.report.options import (
     SpeedOption,
     VaryOption,
     WorkersOption,
+    figure_files,
+    find_proof,
+    interruptible_result,
     list_allowed,
     parse_changes,
     read_ranges,
     refuse_unused,
     text_option,
+    writes_files,
 )
-from planter.report.writing import figure_files, find_proof, interruptible_result, writes_files
 
 if TYPE_CHECKING:
     from planter.papers.planting.optimisation import Optimisation
