@@ -32,7 +32,7 @@ ANGLES = 36
 @pytest.fixture(autouse=True)
 def plain_kernels(monkeypatch: pytest.MonkeyPatch) -> None:
     """Compile nothing: rows are few here."""
-    monkeypatch.setattr(backends, "select_fastest", backends.build_virtual_machine)
+    monkeypatch.setattr(backends, "select_fastest", backends.VirtualMachine)
 
 
 def slider_crank() -> Machine:
