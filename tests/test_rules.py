@@ -58,7 +58,7 @@ READING = {
     "jobs.py": "answers of processes that this one started",
     "task.py": "a task, and its jobs, of the process that started this one",
     "papers/planting/family_pairs.py": "an entry that this module wrote a moment before",
-    "papers/planting/printed/attainable.py": "a front of this program",
+    "papers/planting/calibration.py": "the record of a study of this program",
     "report/process.py": "the null device",
     "report/animation.py": "an animation that was written a moment before",
     "studio/live.py": (
@@ -172,8 +172,8 @@ ANGLES = {
 DRAWN = {"report", "scene", "figures", "printed"}
 """Folders and modules of figures and scenes, which draw, and of what papers print."""
 BY_HAND = {
-    "papers/clutch/contact_simulation.py": "where a search starts",
-    "papers/clutch/geometry.py": "direction of a line through two generated points",
+    "papers/clutch/contact.py": "where a search starts",
+    "papers/clutch/model.py": "direction of a line through two generated points",
     "papers/clutch/machines.py": (
         "lift of the link along the crank's angle, compared with the generated model in its test"
     ),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from planter.engine.drive import DriveResult
-from planter.engine.proof.search import GlobalBound
+from planter.engine.proof.proof_results import GlobalBound
 from planter.engine.sensitivity import Direction, SensitivityResult
 from planter.engine.solvers.result import EvaluationCounts, OptimalityCertificate
 from planter.engine.summary import CycleSummary

@@ -8,7 +8,7 @@ as the first, half a cycle behind, and its gears are assembled by the same marks
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -133,10 +133,6 @@ class PlantingGearTrain:
     x: Array
     stages: tuple[ToothedPair, ...]
 
-    @property
-    def scaled(self) -> bool:
-        return any(stage.sized.scale != 1 for stage in self.stages)
-
     def place_gears(self) -> list[PlacedGear]:
         """The four gears of side 1 where they are while the carrier is at 0, each with its shaft's
         mark.
@@ -152,10 +148,9 @@ class PlantingGearTrain:
         for k, (stage, axes, contact) in enumerate(
             zip(self.stages, (("O", "A1"), ("A1", "B1")), "PQ", strict=True)
         ):
-            polar_angles = (
-                SENSES[k] * side[f"t{k + 1}"],
-                -SENSES[k] * self._turned(k, side[f"t{k + 1}"]),
-            )
+            t = side[f"t{k + 1}"]
+            turned = float(_evaluate_contact(device, x, k, np.array([t]))["turned"][0])
+            polar_angles = (SENSES[k] * t, -SENSES[k] * turned)
             marks = (0.0, 0.0) if k == 0 else (0.0, nozzle)
             for gear, axis, polar, mark in zip(stage.gears, axes, polar_angles, marks, strict=True):
                 arm = layout.contacts[contact] - layout.centres[axis]
@@ -166,17 +161,9 @@ class PlantingGearTrain:
                 )
         return gears
 
-    def _turned(self, stage: int, t: float) -> float:
-        """Return the rotation of a stage's mating gear while the inner gear is in contact at t."""
-        pair, parameters = self.device.stages[stage], self.device.of_stage(stage, self.x)
-        hoisted = pair.prologue(parameters=parameters)["hoisted"]
-        return float(
-            pair.contact(t=np.array([t]), parameters=parameters, hoisted=hoisted)["turned"][0, 0]
-        )
-
     def change(self) -> Scaled | None:
         """Return the effect of the scaling on the machine, or None if nothing was scaled."""
-        if not self.scaled:
+        if all(stage.sized.scale == 1 for stage in self.stages):
             return None
         paths = [self._tip(x) for x in (self.device.design, self.x)]
         return Scaled(
@@ -250,10 +237,5 @@ def _list_broken_requirements(device: Device, x: Array) -> list[str] | None:
     """
     if device.machine.requirements is None:
         return None
-    return list(_names(device, x))
-
-
-def _names(device: Device, x: Array) -> Iterator[str]:
-    for entry in evaluate_requirements(RequirementRows(device), x):
-        if entry.margin < 0:
-            yield entry.name
+    entries = evaluate_requirements(RequirementRows(device), x)
+    return [entry.name for entry in entries if entry.margin < 0]

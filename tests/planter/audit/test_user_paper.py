@@ -1,5 +1,5 @@
-"""A paper of one's own in one command: verdicts, laws, numbers, page; what is wrong in a file is
-told by its place.
+"""Papers and texts of a user: verdicts, laws, numbers, page; errors in a file by their place; the
+benchmark.
 """
 
 from __future__ import annotations
@@ -7,6 +7,7 @@ from __future__ import annotations
 import json
 import re
 import shutil
+import tomllib
 import xml.etree.ElementTree as ET
 from pathlib import Path
 from typing import Any
@@ -17,10 +18,12 @@ import pytest
 
 from planter.audit import numbers as judge
 from planter.audit import user_paper
+from planter.audit.equation_page import list_changes
 from planter.audit.registry import Inputs
 from planter.errors import InputError
 from planter.mechanism import printed
 from planter.mechanism.model import Model
+from tests.derive.audit.texts.test_benchmark import write_text
 from tests.support import own
 from tests.support.cli import answer, refusal, run
 from tests.support.schemas import load_schema
@@ -126,15 +129,6 @@ def test_verdicts_are_in_file_and_page(folder: Path, result: Any) -> None:
         json.loads((folder / "trial" / "summary.json").read_text(encoding="utf-8"))["numbers"]
         == result["numbers"]
     )
-
-
-@pytest.mark.long
-def test_without_numbers_the_equations_are_judged_alone(folder: Path) -> None:
-    code, out, err = run("audit", str(folder / "slider_crank_paper.py"))
-    assert code == 0, err
-    assert "correct sign of l_0" in out
-    assert "numbers: none" in out
-    assert str(folder / "generated") in err
 
 
 def numbers(folder: Path, change: tuple[str, str]) -> Path:
@@ -273,9 +267,6 @@ def test_error_raised_by_paper_names_user_line(
 def test_options_of_other_papers_are_refused(folder: Path) -> None:
     source = str(folder / "slider_crank_numbers.toml")
     assert "--numbers" in refusal(f"audit wang2017 --numbers {source}")
-    assert "--front needs one of the papers" in refusal(
-        "audit", str(folder / "slider_crank_paper.py"), "--front"
-    )
     assert "define CASE" in refusal("audit", str(folder / "slider_crank.py"))
     assert "there is no such file" in refusal("audit", str(folder / "nowhere.py"))
 
@@ -346,3 +337,162 @@ def test_number_without_its_sensor_is_refused(
 ) -> None:
     with pytest.raises(InputError, match=message):
         judge_sensor(folder, sensor, quantity, "1.0")
+
+
+TEXT = (own.EXAMPLES / "slider_crank_text.tex").read_text(encoding="utf-8")
+NAMES = (own.EXAMPLES / "slider_crank_text.names.toml").read_text(encoding="utf-8")
+"""What docs/text.md shows."""
+
+
+@pytest.fixture(scope="module")
+def text_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    place = tmp_path_factory.mktemp("text")
+    shutil.copy(own.EXAMPLES / "slider_crank.py", place)
+    (place / "crank.tex").write_text(TEXT, encoding="utf-8")
+    (place / "complete.toml").write_text(NAMES, encoding="utf-8")
+    return place
+
+
+def audit_text(text_folder: Path, *options: str) -> Any:
+    return answer(
+        "audit",
+        str(text_folder / "crank.tex"),
+        "--against",
+        str(text_folder / "slider_crank.py"),
+        *options,
+    )
+
+
+@pytest.fixture(scope="module")
+def text_result(text_folder: Path) -> Any:
+    return audit_text(
+        text_folder,
+        "--names",
+        str(text_folder / "complete.toml"),
+        "--out",
+        str(text_folder / "trial"),
+    )
+
+
+def line_of(words: str) -> int:
+    return TEXT[: TEXT.index(words)].count("\n") + 1
+
+
+def test_each_row_is_read_or_refused_at_its_line(text_result: Any) -> None:
+    jsonschema.validate(text_result, load_schema("audit"))
+    starts = [r"s &= r", r"r\sin", r"\dot s &=", r"l\dot\beta\cos", "T &=", "F_1 ="]
+    assert [row["line"] for row in text_result["rows"]] == [line_of(start) for start in starts]
+    assert [row["status"] for row in text_result["rows"]] == ["read"] * 5 + ["refused"]
+    assert [bool(row["reason"]) for row in text_result["rows"]] == [False] * 5 + [True]
+
+
+def test_wrong_sign_is_corrected_in_the_source(text_result: Any) -> None:
+    verdicts = {e["equation"]: e["verdict"] for e in text_result["equations"]}
+    assert verdicts == {
+        "eq:s": "confirmed",
+        "2": "confirmed",
+        "eq:v": "misprint",
+        "4": "confirmed",
+        "7": "confirmed",
+    }
+    (wrong,) = [e for e in text_result["equations"] if e["corrected_latex"]]
+    assert (wrong["equation"], wrong["file"], wrong["line"]) == (
+        "eq:v",
+        "crank.tex",
+        line_of(r"\dot s &="),
+    )
+    changes = [
+        (mark, text)
+        for mark, text in list_changes(wrong["latex"], wrong["corrected_latex"])
+        if mark != " "
+    ]
+    assert changes == [("-", "+"), ("+", "-")]
+    assert wrong["latex"] in TEXT
+
+
+def test_correction_is_marked_on_the_page(text_folder: Path, text_result: Any) -> None:
+    page = (text_folder / "trial" / "report.html").read_text(encoding="utf-8")
+    assert r"\varphi <del>+</del><ins>-</ins> l\dot" in page
+    line = line_of(r"\dot s &=")
+    assert f"crank.tex, line {line}" in page
+
+
+def test_skeleton_lists_names_and_is_never_replaced(text_folder: Path) -> None:
+    text = audit_text(text_folder)
+    skeleton = text_folder / "crank.names.toml"
+    names = tomllib.loads(skeleton.read_text(encoding="utf-8"))["names"]
+    assert names[r"\varphi"] == names[r"\phi"] == "phi"
+    assert names["T"] == names["v_{C}"] == ""
+    assert [row["status"] for row in text["rows"]] == ["read"] * 5 + ["refused"]
+    unjudged = {
+        e["equation"]: e["finding"] for e in text["equations"] if e["verdict"] == "not judged"
+    }
+    assert unjudged.keys() == {"7"}
+    assert "T" in unjudged["7"]
+    skeleton.write_text("# mine\n", encoding="utf-8")
+    audit_text(text_folder)
+    assert skeleton.read_text(encoding="utf-8") == "# mine\n"
+
+
+def test_error_in_a_names_file_is_one_sentence(text_folder: Path) -> None:
+    names = text_folder / "wrong.toml"
+    names.write_text("[names]\n'T' = \"kinetc()\"\n", encoding="utf-8")
+    options = ("--against", str(text_folder / "slider_crank.py"), "--names", str(names))
+    message = refusal("audit", str(text_folder / "crank.tex"), *options)
+    assert "wrong.toml" in message
+    assert "kinetc" in message
+
+
+def test_options_that_do_not_fit_are_refused(text_folder: Path) -> None:
+    assert "--against" in refusal("audit", str(text_folder / "crank.tex"))
+    assert "--against" in refusal("audit wang2017 --against", str(text_folder / "slider_crank.py"))
+    assert "nothing.tex" in refusal(
+        "audit nothing.tex --against", str(text_folder / "slider_crank.py")
+    )
+
+
+def test_notebook_rows_have_lines_of_the_file(text_folder: Path) -> None:
+    cells = [
+        {
+            "cell_type": "markdown",
+            "metadata": {},
+            "source": ["The slider is at\n", "$$s = r\\cos\\phi + l\\cos\\beta$$\n"],
+        },
+        {
+            "cell_type": "code",
+            "metadata": {},
+            "source": ["a = '$$s = r$$'"],
+            "outputs": [],
+            "execution_count": None,
+        },
+    ]
+    notebook = text_folder / "crank.ipynb"
+    notebook.write_text(
+        json.dumps({"cells": cells, "metadata": {}, "nbformat": 4, "nbformat_minor": 5}, indent=1),
+        "utf-8",
+    )
+    (row,) = answer(f"audit {notebook} --against", str(text_folder / "slider_crank.py"))["rows"]
+    lines = notebook.read_text(encoding="utf-8").splitlines()
+    assert "$$s = r" in lines[row["line"] - 1]
+    assert row["status"] == "read"
+
+
+def test_benchmark_fits_its_schema_and_writes_claims(tmp_path: Path) -> None:
+    write_text(tmp_path / "crank", "text.tex", "3" * 64)
+    result = answer(f"audit {tmp_path} --benchmark --slips 18 --out", str(tmp_path / "out"))
+    jsonschema.validate(result, load_schema("audit benchmark"))
+    score, by_units = (result["checkers"][name]["all"] for name in ("planter", "units"))
+    assert score["detected"] == score["slips"] > by_units["detected"] > 0
+    assert (score["errata"], score["errata_found"], score["false_alarms"]) == (1, 1, 0)
+    lines = (tmp_path / "out" / "claims.jsonl").read_text(encoding="utf-8").splitlines()
+    assert len(lines) == score["slips"] + score["errata"] + score["sound"]
+    assert set(json.loads(lines[0])) == {"key", "latex", "text"}
+
+
+def test_folder_that_is_no_corpus_is_refused(tmp_path: Path) -> None:
+    assert "no such folder" in refusal("audit", str(tmp_path / "none"), "--benchmark")
+    assert "source.toml" in refusal(f"audit {tmp_path} --benchmark")
+    assert "--names" in refusal(f"audit {tmp_path} --benchmark --names names.toml")
+    sentence = refusal("audit wang2017 --answers other.jsonl")
+    assert "--answers" in sentence
+    assert "--benchmark" in sentence
