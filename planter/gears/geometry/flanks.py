@@ -10,9 +10,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import pairwise
-from typing import Literal
 
 import numpy as np
 import scipy
@@ -318,7 +317,7 @@ class FlankLine:
     lower end are cut.
     """
 
-    kind: Literal["flank", "fillet", "root"]
+    kind: str
     upper: float
     lower: float
 
@@ -388,26 +387,18 @@ def _list_forward_parts(flanks: Flanks, flank: int) -> Iterator[FlankLine]:
         for s in (flanks.xi, flanks.tips[0], flanks.straight_ends, flanks.middle, flanks.spaces)
     )
     index = np.array([flank])
-    turns = list(
-        _find_turns(
-            flanks,
-            xi,
-            straight,
-            lambda s, towards: -flanks.compute_rates(s, np.repeat(index, len(s)), towards)[0],
-        )
-    )
-    back = list(
-        _find_turns(
-            flanks,
-            straight,
-            middle,
-            lambda s, towards: flanks.fillet(s, np.repeat(index, len(s)), towards).rate,
-        )
-    )
-    yield from (FlankLine("flank", a, b) for a, b in list(pairwise([tip, *turns, straight]))[::2])
-    yield from (
-        FlankLine("fillet", a, b) for a, b in list(pairwise([straight, *back, middle]))[::2]
-    )
+
+    def turns_back(kind: str, s: Array, towards: Array) -> Array:
+        number = np.repeat(index, len(s))
+        if kind == "flank":
+            return -flanks.compute_rates(s, number, towards)[0]
+        return flanks.fillet(s, number, towards).rate
+
+    parts = {"flank": (tip, xi, straight), "fillet": (straight, straight, middle)}
+    for kind, (begin, start, end) in parts.items():
+        turns = _find_turns(flanks, start, end, partial(turns_back, kind))
+        for upper, lower in list(pairwise([begin, *turns, end]))[::2]:
+            yield FlankLine(kind, upper, lower)
     yield FlankLine("root", middle, space)
 
 
