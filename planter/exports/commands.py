@@ -5,7 +5,7 @@ from __future__ import annotations
 import enum
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -99,7 +99,7 @@ def _load_machine(
 ) -> Machine:
     from planter.engine.machine import load_machine
 
-    choices = {} if model is ModelName.exact else {"model": model.value}
+    choices: dict[str, Any] = {} if model is ModelName.exact else {"model": model.value}
     return load_machine(source, parse_changes(set_), speed_rpm, **choices)
 
 

@@ -212,21 +212,21 @@ class Flanks:
         undercut below 0.
         """
         ends = self.xi + self.side * self.rack.run(self.rack.sizes["form"])
-        return self._find_minima(self.xi, ends).value
+        return self._find_minima(self.xi, ends)
 
     @cached_property
     def upper_margins(self) -> Array:
         """Smallest rate of each flank from its crossing up to its tip, which concave curves
         reduce.
         """
-        return self._find_minima(self.tips[0], self.xi).value
+        return self._find_minima(self.tips[0], self.xi)
 
     @cached_property
-    def rate_minima(self) -> Extremes:
+    def rate_minima(self) -> Array:
         """Minima of the rate of each flank down to the end of the rack's straight flank."""
         return self._find_minima(self.xi, self.straight_ends)
 
-    def _find_minima(self, start: Array, end: Array) -> Extremes:
+    def _find_minima(self, start: Array, end: Array) -> Array:
         """Return the minima of each flank's rate, relative to a rack, between two arc lengths (2
         z,) [m].
         """
@@ -251,8 +251,7 @@ class Flanks:
         rates = self.compute_rates(places, owner, middle)[0]
         # ends, breakpoints and stationary points together: the least of an owner comes first
         order = np.lexsort((rates, owner))
-        first = order[np.searchsorted(owner[order], np.arange(2 * self.z))]
-        return Extremes(places[first], rates[first])
+        return rates[order[np.searchsorted(owner[order], np.arange(2 * self.z))]]
 
     def compute_rates(
         self, s: Array, index: Integers, towards: Array | None = None
@@ -266,14 +265,6 @@ class Flanks:
         )
         value, first, second = columns.values()
         return value, first, second
-
-
-@dataclass(frozen=True)
-class Extremes:
-    """Arc lengths (n,) [m] and values (n,) of extremes."""
-
-    place: Array
-    value: Array
 
 
 def split_at_breakpoints(
@@ -351,7 +342,7 @@ def _find_loops(flanks: Flanks) -> Integers:
     towards = np.repeat((starts + ends) / 2, _SAMPLES)
     rate = flanks.fillet(grid.ravel(), np.repeat(index, _SAMPLES), towards).rate.reshape(grid.shape)
     back = np.bincount(index, (rate >= 0).any(axis=1), len(indices)) > 0
-    return np.flatnonzero((flanks.rate_minima.value < 0) | back)
+    return np.flatnonzero((flanks.rate_minima < 0) | back)
 
 
 def _follow_outline(flanks: Flanks, flank: int) -> list[FlankLine]:
