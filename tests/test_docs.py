@@ -25,7 +25,10 @@ from tests.support.cli import run
 from tests.support.structure import ROOT
 
 DOCS = ROOT / "docs"
+STUDY = DOCS / "studies" / "wang2017.md"
 GALLERY = sorted(path for path in (DOCS / "gallery").glob("*.md") if path.stem != "index")
+RUN = [*GALLERY, STUDY]
+"""Pages whose cells run."""
 WITH_PROCESSES = {
     "embedding",
     "free_motion",
@@ -35,8 +38,9 @@ WITH_PROCESSES = {
     "own_mechanism",
     "own_paper",
     "tolerance",
+    "wang2017",
 }
-"""Pages that start commands, for some seconds."""
+"""Pages that start commands, or searches, for some seconds."""
 LONGER = (
     "--prove",
     "--front",
@@ -123,9 +127,9 @@ def unknown(words: list[str], helps: dict[str, str]) -> list[str]:
     "page",
     [
         pytest.param(page, marks=pytest.mark.long if page.stem in WITH_PROCESSES else ())
-        for page in GALLERY
+        for page in RUN
     ],
-    ids=[page.stem for page in GALLERY],
+    ids=[page.stem for page in RUN],
 )
 def test_the_gallery_runs(
     page: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
@@ -137,6 +141,24 @@ def test_the_gallery_runs(
     assert outputs
     for cell in outputs:
         exec(compile(cell, page.name, "exec"), space)
+
+
+def test_record_of_the_study_equals_its_inputs(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without its searches, which `test_the_gallery_runs` has."""
+    monkeypatch.setenv("MPLBACKEND", "Agg")
+    monkeypatch.chdir(STUDY.parent)
+    space: dict[str, Any] = {}
+    outputs = cells(STUDY)
+    set_up, inputs, recorded, speeds = (outputs[index] for index in (0, 1, 3, 6))
+    for cell in (set_up, inputs, recorded, speeds):
+        exec(compile(cell, STUDY.name, "exec"), space)
+    rows = {"constant_speed": "steady", "rippling_speed": "rippling", "backlash": "backlash"}
+    for key, name in rows.items():
+        expected = [pytest.approx(row, rel=1e-6) for row in space["record"][key]]
+        assert space[name] == expected
+    point = space["record"]["fits"]["exact"]
+    with pytest.raises(AssertionError):
+        space["check"]({**point, "range_N": point["range_N"] + 1}, "exact")
 
 
 @pytest.mark.parametrize("page", PAGES, ids=[page.stem for page in PAGES])

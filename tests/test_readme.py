@@ -16,9 +16,9 @@ from tests.support.structure import ROOT
 TEXT, CHINESE = (
     (ROOT / name).read_text(encoding="utf-8") for name in ("README.md", "README.zh-CN.md")
 )
-NOTEBOOK = "notebook.png"
-"""A picture of a notebook in a browser, which no command draws."""
-QUICK = ("pictures/symbols.png", "support_force.png", "experiment.png")
+OTHERS = {"notebook.png", "front.png", "experiment.png"}
+"""Pictures of a notebook in a browser, and of docs/studies, which no command draws."""
+QUICK = ("pictures/symbols.png", "support_force.png")
 LINK = re.compile(r"\]\(([^)#:]+)[^)]*\)")
 
 
@@ -40,7 +40,7 @@ def failures(text: str) -> int:
 
 @pytest.mark.parametrize("text", [TEXT, CHINESE], ids=["English", "Chinese"])
 def test_pictures_equal_drawn_ones(text: str) -> None:
-    names = set(re.findall(r"docs/([\w./]+\.(?:png|gif))", text)) - {NOTEBOOK}
+    names = set(re.findall(r"docs/([\w./]+\.(?:png|gif))", text)) - OTHERS
     small = {f"{SMALL}{path.name}" for path in (FOLDER / SMALL).iterdir()}
     assert small == {name for name in PICTURES if name.startswith(SMALL)}
     assert small <= names <= set(PICTURES)
@@ -74,3 +74,11 @@ def test_chinese_version_has_the_same_code_and_commands() -> None:
     assert commands
     assert commands <= set(re.findall(r"`(planter [^`]+)`", TEXT))
     assert all((ROOT / link).exists() for link in LINK.findall(CHINESE))
+
+
+def test_paper_table_equals_audit() -> None:
+    page = (ROOT / "generated" / "AUDIT.md").read_text(encoding="utf-8").split("\n## ")[0]
+    rows = [line for line in page.splitlines() if line.startswith("| ")]
+    assert len(rows) == 5
+    words = " ".join(TEXT.split())
+    assert all(" ".join(row.split()) in words for row in rows)

@@ -24,7 +24,6 @@ NAMES = (
 )
 TEXTS = (".tex", ".md", ".rst", ".ipynb")
 SLIPS = 300
-PAPER_NAME = "one of the papers by its short name"
 NUMBERS = (
     "printed numbers of a paper of your own, to compute anew: the TOML file that is described above"
 )
@@ -57,25 +56,6 @@ def audit(
     ] = None,
     numbers: Annotated[
         Path | None, typer.Option(metavar="TOML", help=NUMBERS, show_default=False)
-    ] = None,
-    front: Annotated[
-        bool,
-        typer.Option(
-            "--front", help="also list the ranges and variances that the derived model can give"
-        ),
-    ] = False,
-    experiment: Annotated[
-        bool,
-        typer.Option("--experiment", help="also compare hypotheses on what the paper measured"),
-    ] = False,
-    machine: Annotated[
-        str | None,
-        typer.Option(
-            metavar="FILE",
-            help="with --experiment: machine file whose inputs and [measurement] take the place "
-            "of the assumed ones",
-            show_default=False,
-        ),
     ] = None,
     benchmark: Annotated[
         bool,
@@ -137,17 +117,8 @@ def audit(
 
         is_text = bool(against or names) or str(paper).lower().endswith(TEXTS)
         is_user_paper = not is_text and _is_file(paper)
-        if benchmark or is_text or is_user_paper:
-            _refuse_options(PAPER_NAME, front=front, experiment=experiment)
-        if not experiment:
-            _refuse_options("--experiment", machine=machine)
         if benchmark:
-            _refuse_options(
-                "a text or a paper, and does not go with --benchmark",
-                against=against,
-                names=names,
-                numbers=numbers,
-            )
+            refuse_unused("with --benchmark", "--against", "--names", "--numbers")
             _present_benchmark(console, out, paper, slips, seed, answers)
             return
         refuse_unused("without --benchmark", "--answers", "--slips", "--seed")
@@ -158,7 +129,7 @@ def audit(
             console.say(f"written to {trial.folder}")
             audited = trial.result, trial.typeset
         else:
-            audited = _audit_built_in(console, paper, numbers, front, experiment, machine)
+            audited = _audit_built_in(paper, numbers)
         present_audit(*audited).show(console, out)
 
 
@@ -181,13 +152,6 @@ def _is_file(paper: str | None) -> bool:
     if not paper:
         return False
     return paper.endswith(".py") or (paper not in list(_list_papers()) and Path(paper).exists())
-
-
-def _refuse_options(needed: str, **options: object) -> None:
-    """Raise InputError for an option that is given and needs something else."""
-    for name, value in options.items():
-        if value:
-            raise InputError(f"--{name} needs {needed}")
 
 
 def _audit_text(
@@ -216,23 +180,10 @@ def _audit_text(
     return trial.result, trial.typeset
 
 
-def _audit_built_in(
-    console: Console,
-    paper: str | None,
-    numbers: Path | None,
-    front: bool,
-    experiment: bool,
-    machine: str | None,
-) -> tuple[dict[str, Any], Any]:
+def _audit_built_in(paper: str | None, numbers: Path | None) -> tuple[dict[str, Any], Any]:
     from planter.audit import verdicts
-    from planter.audit.presentation import compare_hypotheses, search_front
     from planter.kernels import generated
 
     if numbers is not None:
         raise InputError(f"--numbers {numbers} needs the Python file of a paper")
-    result = verdicts.audit(paper)
-    if front:
-        result["front"] = search_front(paper, console.progress)
-    if experiment:
-        result["experiment"] = compare_hypotheses(paper, machine, console.progress)
-    return result, generated.sidecar("audit_mathml")
+    return verdicts.audit(paper), generated.sidecar("audit_mathml")

@@ -10,10 +10,7 @@ assumed; `reading` says how a print that can be read in two ways was read.
 
 Every [[claim]] is a statement of the text, the formula `by` which it is measured, and what the
 measure `must` be for it to be true. Every [[headline]] is a printed number that rests on equations
-or on other numbers (`quantities`), with formulas that compute it `as_printed` and `as_derived`.
-[[chain]] names the built-in machine of a chain of equations, what its laws say of the force
-(`laws`), and which of them fixes the force from masses and motion alone.
-"""
+or on other numbers (`quantities`), with formulas that compute it `as_printed` and `as_derived`."""
 
 from __future__ import annotations
 
@@ -121,7 +118,7 @@ def _compute(
 
 
 SUFFIX = ".toml"
-ROWS = ("number", "claim", "headline", "chain")
+ROWS = ("number", "claim", "headline")
 _TIE = 2e-9
 """Share of half the last printed place by which a value may exceed it: decimal ties are not exact
 in binary.

@@ -4,23 +4,16 @@ each paper.
 
 from __future__ import annotations
 
-import textwrap
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from string import ascii_lowercase
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any
 
-from planter.audit import numbers
 from planter.audit.equation_page import format_change, list_equation_blocks, mark_verdict
-from planter.audit.registry import EXPERIMENTS, FRONTS
 from planter.audit.results import AuditResult
-from planter.audit.verdicts import HEADLINE, UNJUDGED
-from planter.errors import InputError
-from planter.progress import Listener
-from planter.report import files, style
+from planter.audit.verdicts import UNJUDGED
 from planter.report.html import (
     Block,
     Cell,
-    FigureSvg,
     Folded,
     Items,
     KeyFigure,
@@ -33,13 +26,7 @@ from planter.report.labels import clean_zero
 from planter.report.presentation import ResultPresentation
 from planter.version import __version__
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-
 Entry = Mapping[str, Any]
-FrontTable = Mapping[str, Any]
-SomeEntry = TypeVar("SomeEntry", bound=Callable[..., FrontTable])
 TRANSCRIBED = "The equations were audited as transcribed, each against an independent derivation."
 SOURCE = (
     "The machine-read text of each paper was audited, not its page images; gaps that were filled "
@@ -75,26 +62,13 @@ def present_audit(result: Mapping[str, Any], typeset: Entry) -> ResultPresentati
         "printed numbers are not reproduced": (differing, numbers),
     }
     counted = [(f"{count} of {total}", words) for words, (count, total) in figures.items() if total]
-    front, experiment = result.get("front"), result.get("experiment")
     return ResultPresentation(
         title="Formula audit",
         conclusion=f"{'; '.join(map(' '.join, counted)) or 'No equation was judged'}.",
         key_figures=[KeyFigure(share, "", words) for share, words in counted],
         record=AuditResult.read(result),
         sections=list(_list_sections(result, typeset)),
-        details=lambda: [
-            *([] if front is None else [build_figure_section(front)]),
-            *([] if experiment is None else [build_experiment_figure(experiment)]),
-            Section("Meanings of the terms", [Keys(MEANINGS)]),
-        ],
-        texts=lambda: {
-            **({} if front is None else format_front_files(front)),
-            **(
-                {}
-                if experiment is None
-                else format_figure_files("experiment", plot_hypotheses(experiment))
-            ),
-        },
+        details=lambda: [Section("Meanings of the terms", [Keys(MEANINGS)])],
         summary_parts=result,  # its keys are in the order of the stored verdicts
         provenance={"planter": __version__},
     )
@@ -112,10 +86,6 @@ def _list_sections(result: Mapping[str, Any], typeset: Entry) -> Iterator[Sectio
         )
     if "rows" in result:
         yield from _list_text_sections(result)
-    if "front" in result:
-        yield from list_front_sections(result["front"])
-    if "experiment" in result:
-        yield from list_experiment_sections(result["experiment"])
 
 
 def _list_text_sections(result: Mapping[str, Any]) -> Iterator[Section]:
@@ -174,16 +144,7 @@ def list_findings(parts: Mapping[str, Sequence[Entry]]) -> Iterator[str]:
             f"{e['law']} (by {format_amount(e['violation'], e['unit'])})" for e in broken
         )
         yield f"Of {len(parts['laws'])} laws the chain as a whole breaks {len(broken)}: {listed}."
-    compared = [
-        e for e in parts["consequences"] if e["printed"] is not None and e["about"] != HEADLINE
-    ]
-    if compared:
-        yield _compare_numbers(compared)
-    for entry in parts["consequences"]:
-        if entry["statement"]:
-            yield entry["statement"]
-        elif entry["about"] == HEADLINE:
-            yield _describe_headline(entry)
+    yield from map(_describe_headline, parts["consequences"])
     for entry in parts["claims"]:
         if not entry["holds"]:
             measure = f"{entry['measure']}: {format_amount(entry['value'], entry['unit'])}"
@@ -194,19 +155,6 @@ def list_findings(parts: Mapping[str, Sequence[Entry]]) -> Iterator[str]:
 
 def _describe_cause(law: Entry) -> str:
     return f"{_capitalise(law['law'])}: {law['owed']}"
-
-
-def _compare_numbers(entries: Sequence[Entry]) -> str:
-    """Return a sentence that compares related numbers in the paper, by the print and as derived."""
-    parts = (
-        f"{e['quantity']} {e['printed']:g}, {clean_zero(e['as_printed']):.3g}, "
-        f"{format_amount(e['as_derived'], e['unit'])}"
-        for e in entries
-    )
-    return (
-        f"{_capitalise(entries[0]['about'])}, in the paper, by the print and as derived: "
-        f"{'; '.join(parts)}."
-    )
 
 
 def _describe_headline(entry: Entry) -> str:
@@ -222,20 +170,19 @@ def _describe_headline(entry: Entry) -> str:
 
 def _list_consequence_blocks(entries: Sequence[Entry], typeset: Entry) -> Iterator[Block]:
     """Yield headline numbers by the equations as printed and as derived, then the consequences."""
-    for about in dict.fromkeys(e["about"] for e in entries):
-        rows = [
-            (
-                e["quantity"],
-                e["unit"],
-                None if e["printed"] is None else float(e["printed"]),
-                clean_zero(e["as_printed"]),
-                clean_zero(e["as_derived"]),
-                ", ".join(e["rests_on"]),
-            )
-            for e in entries
-            if e["about"] == about
-        ]
-        yield Table((about, "unit", "in the paper", "by the print", "as derived", "rests on"), rows)
+    rows = [
+        (
+            e["quantity"],
+            e["unit"],
+            None if e["printed"] is None else float(e["printed"]),
+            clean_zero(e["as_printed"]),
+            clean_zero(e["as_derived"]),
+            ", ".join(e["rests_on"]),
+        )
+        for e in entries
+    ]
+    head = ("headline number", "unit", "in the paper", "by the print", "as derived", "rests on")
+    yield Table(head, rows)
     if assumed := max((e["assumed_inputs"] for e in entries), key=len):
         pairs = (text.partition(" = ")[::2] for text in assumed)
         yield Folded("Assumed for this", [Table(("key", "value"), list(pairs))])
@@ -438,189 +385,3 @@ MEANINGS = {
         "the measure is, or is not, what the statement needs; with assumed inputs, for these alone"
     ),
 }
-
-
-def search_front(paper: str | None, progress: Listener | None) -> FrontTable:
-    """Return the front of a paper. Raises InputError if the paper has no front."""
-    return _find_entry(FRONTS, "--front", paper)(progress)
-
-
-def compare_hypotheses(
-    paper: str | None, machine: str | None, progress: Listener | None
-) -> FrontTable:
-    """Return the hypotheses on the measurement of a paper, for a machine file if one is given.
-
-    Raises InputError if the paper has none, and for a file that is not one of its kind of machine.
-    """
-    return _find_entry(EXPERIMENTS, "--experiment", paper)(progress, machine)
-
-
-def _find_entry(entries: Mapping[str, SomeEntry], option: str, paper: str | None) -> SomeEntry:
-    papers = [name for name in numbers.list_papers() if name in entries]
-    if paper not in papers:
-        raise InputError(f"{option} needs one of the papers {', '.join(papers)}")
-    return entries[paper]
-
-
-def list_experiment_sections(result: FrontTable) -> Iterator[Section]:
-    """Yield the section of the hypotheses on a measurement, with their figures."""
-    head = (
-        "hypothesis",
-        "parameters",
-        "max / N",
-        "min / N",
-        "variance / N2",
-        "mean / N",
-        "miss / %",
-        "key",
-    )
-    rows = [
-        (
-            row["label"],
-            len(row["parameters"]),
-            row["max_N"],
-            row["min_N"],
-            row["variance_N2"],
-            row["mean_N"],
-            row["largest_miss_percent"],
-            row["name"],
-        )
-        for row in result["hypotheses"]
-    ]
-    yield Section(
-        "Hypotheses on the experiment",
-        [Items(result["statements"]), Table(head, rows, page_columns=head[-3:])],
-    )
-
-
-def list_front_sections(front: FrontTable) -> Iterator[Section]:
-    """Yield the sections with the statements, and with the points of each front."""
-    yield Section("Attainable range and variance", [Items(front["statements"])])
-    for curve in front["fronts"]:
-        rows = [
-            (p["range_N"], p["variance_N2"], p["flank"], p["least_push_N"]) for p in curve["points"]
-        ]
-        yield Section(f"Attained with {curve['contact']}", [Table(HEAD, rows)])
-
-
-def build_figure_section(front: FrontTable) -> Section:
-    """Return the section with the figure of the fronts."""
-    return Section(
-        "Figure of the fronts", [FigureSvg(style.render_svg(plot_front(front)), CAPTION)]
-    )
-
-
-LABEL_WIDTH = 34
-"""Characters of a line of a label in a figure."""
-HEAD = ("range / N", "variance / N2", "flanks", "least push of the cam / N")
-CAPTION = (
-    "Largest variance of the support force for a range that a search of inputs within the stated "
-    "bounds attained in "
-    "the exact model, and the figures of the paper. The search is heuristic: values below are "
-    "attained, values above "
-    "are not excluded."
-)
-
-
-def format_front_files(front: FrontTable) -> dict[str, str | bytes]:
-    """Return the contents of front.json, front.csv and the figure by file name."""
-    names = ("contact", "range_N", "variance_N2", "least_push_N", "flank")
-    lines = [
-        ",".join((curve["contact"], *(_format_cell(p[n]) for n in names[1:])))
-        for curve in front["fronts"]
-        for p in curve["points"]
-    ]
-    return {
-        "front.json": files.summary_text(front),
-        "front.csv": "\n".join([",".join(names), *lines]) + "\n",
-        **format_figure_files("front", plot_front(front)),
-    }
-
-
-def format_figure_files(name: str, figure: Figure) -> dict[str, str | bytes]:
-    """Return the contents of a figure's files by file name."""
-    return {f"{name}.{ending}": text for ending, text in style.render_figure(figure).items()}
-
-
-EXPERIMENT_CAPTION = (
-    "Least to largest force that each hypothesis gives, its parameters fitted to the measured "
-    "extremes and variance, "
-    "and the measured extremes as lines. The share is the largest miss of the three figures."
-)
-
-
-def build_experiment_figure(result: FrontTable) -> Section:
-    """Return the section with the figure of the hypotheses on a measurement."""
-    figure = FigureSvg(style.render_svg(plot_hypotheses(result)), EXPERIMENT_CAPTION)
-    return Section("Figure of the hypotheses", [figure])
-
-
-@style.with_style
-def plot_hypotheses(result: FrontTable) -> Figure:
-    """Plot the range of the force of each hypothesis, with its largest miss and the measured
-    extremes.
-    """
-    plot = style.new_figure(4.4)
-    axes = plot.subplots()
-    rows = result["hypotheses"]
-    for key in ("min_N", "max_N"):
-        axes.axvline(result["measured"][key], color=style.INK, linewidth=0.8, linestyle=(0, (4, 2)))
-    right = max(row["max_N"] for row in [*rows, result["measured"]])
-    for place, row in enumerate(rows):
-        shade = style.BLUE if row["reached"] else style.SOFT
-        axes.barh(place, row["max_N"] - row["min_N"], left=row["min_N"], height=0.5, color=shade)
-        verdict = "reached" if row["reached"] else f"off by {row['largest_miss_percent']:.0f} %"
-        count = len(row["parameters"])
-        axes.text(
-            1.04 * right,
-            place,
-            f"{verdict}, {count} parameter{'' if count == 1 else 's'}",
-            va="center",
-        )
-    axes.set_yticks(range(len(rows)), [textwrap.fill(row["label"], LABEL_WIDTH) for row in rows])
-    axes.grid(visible=False, axis="y")
-    axes.invert_yaxis()
-    axes.set_xlim(0, 1.6 * right)
-    axes.set_xlabel("force at the sensor / N")
-    return plot
-
-
-def _format_cell(value: Any) -> str:
-    return value if isinstance(value, str) else repr(float(value))
-
-
-@style.with_style
-def plot_front(front: FrontTable) -> Figure:
-    """Plot fronts of variance over range from the origin, and the points of the paper."""
-    plot = style.new_figure(3.6)
-    axes = plot.subplots()
-    for index, curve in enumerate(front["fronts"]):
-        ends = [*curve["points"], curve["largest_range"]]
-        x, y = ([0.0, *(p[key] for p in ends)] for key in ("range_N", "variance_N2"))
-        shade = style.PALETTE[index]
-        axes.plot(
-            x,
-            y,
-            color=shade,
-            marker="o",
-            markersize=3,
-            linewidth=1.3 - 0.4 * index,
-            label=curve["contact"],
-            linestyle="-" if index == 0 else (0, (4, 2)),
-        )
-        if index == 0:
-            axes.fill_between(x, y, color=shade, alpha=0.12, linewidth=0)
-    for mark in front["table"]:
-        axes.plot(mark["range_N"], mark["variance_N2"], "X", color=style.INK, markersize=7)
-        axes.annotate(
-            f"Table 1, {mark['name']}",
-            (mark["range_N"], mark["variance_N2"]),
-            (7, 3),
-            textcoords="offset points",
-        )
-    axes.set_xlim(left=0)
-    axes.set_ylim(bottom=0, top=1.1 * max(mark["variance_N2"] for mark in front["table"]))
-    axes.set_xlabel("range of the support force / N")
-    axes.set_ylabel("variance / N²")
-    axes.legend(frameon=False, loc="upper right", title="exact model, any inputs within the bounds")
-    return plot

@@ -14,7 +14,6 @@ import numpy as np
 
 from planter.errors import PlanterError
 from planter.files.units import unit_factor
-from planter.progress import Listener
 
 Value = float | None
 """Value of a formula; None if it is undefined."""
@@ -125,19 +124,8 @@ class Inputs:
 
 
 Formula = Callable[[Inputs], Value]
-Entries = list[dict[str, Any]]
-Consequence = Callable[[Mapping[str, Any], Mapping[str, Any], Mapping[str, Any]], Entries]
-"""Function of a row of the data file, the disclosed inputs of its paper, and the paper's
-verdicts.
-"""
-Front = Callable[[Listener | None], dict[str, Any]]
-Experiment = Callable[[Listener | None, str | None], dict[str, Any]]
-"""Function that returns the attainable front of a model; a search reports its progress."""
 SomeFormula = TypeVar("SomeFormula", bound=Formula)
 FORMULAS: dict[str, Formula] = {}
-CONSEQUENCES: dict[str, Consequence] = {}
-FRONTS: dict[str, Front] = {}
-EXPERIMENTS: dict[str, Experiment] = {}
 
 
 @dataclass(frozen=True)
@@ -195,44 +183,6 @@ def formula(name: str) -> Callable[[SomeFormula], SomeFormula]:
 
     def enter(function: SomeFormula) -> SomeFormula:
         FORMULAS[name] = function
-        return function
-
-    return enter
-
-
-def consequence(name: str) -> Callable[[Consequence], Consequence]:
-    """Return a decorator that registers a consequence of a chain's broken laws under its name in
-    data files.
-    """
-
-    def enter(function: Consequence) -> Consequence:
-        CONSEQUENCES[name] = function
-        return function
-
-    return enter
-
-
-def register_experiment(paper: str) -> Callable[[Experiment], Experiment]:
-    """Return a decorator that registers hypotheses on a measurement under the short name of its
-    paper.
-
-    They take a machine file, or None for the paper's machine.
-    """
-
-    def enter(function: Experiment) -> Experiment:
-        EXPERIMENTS[paper] = function
-        return function
-
-    return enter
-
-
-def front(paper: str) -> Callable[[Front], Front]:
-    """Return a decorator that registers the attainable front of a model under the short name of its
-    paper.
-    """
-
-    def enter(function: Front) -> Front:
-        FRONTS[paper] = function
         return function
 
     return enter

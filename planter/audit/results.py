@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 from planter.files.record import Record
 
@@ -211,14 +210,12 @@ class ConsequenceResult(Record):
     """
 
     paper: str
-    about: str
     quantity: str
     unit: str
     printed: float | None
     as_printed: float | None
     as_derived: float | None
     rests_on: list[str]
-    statement: str
     assumed_inputs: list[str]
 
 
@@ -236,9 +233,7 @@ class PaperSummary(Record):
 
 @dataclass(frozen=True)
 class AuditResult(Record):
-    """`planter audit`; `front` and `experiment` with these options, in the machine's words; `rows`
-    of a text.
-    """
+    """`planter audit`; `rows` of a text."""
 
     equations: list[EquationResult]
     laws: list[LawResult]
@@ -248,8 +243,6 @@ class AuditResult(Record):
     claims: list[StatementResult]
     consequences: list[ConsequenceResult]
     summary: dict[str, PaperSummary]
-    front: dict[str, Any] | None = None
-    experiment: dict[str, Any] | None = None
     rows: list[RowResult] | None = None
 
 

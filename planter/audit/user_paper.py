@@ -5,7 +5,7 @@ recomputed.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from decimal import Decimal, InvalidOperation
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -234,12 +234,13 @@ MAX_SIZE = 100_000_000
 @dataclass(frozen=True)
 class PaperAudit:
     """The result, its typeset formulas by paper and equation, and the folder of the written
-    verdicts.
+    verdicts; `skeleton` is the file of names that was written for a text, if any.
     """
 
     result: dict[str, Any]
     typeset: Mapping[str, Any]
     folder: Path
+    skeleton: Path | None = None
 
 
 def audit_user_paper(source: Path, printed: Path | None = None) -> PaperAudit:
@@ -264,16 +265,9 @@ SKELETON = "names.toml"
 NAMES_SUFFIX = ".names.toml"
 
 
-@dataclass(frozen=True)
-class TextAudit(PaperAudit):
-    """An audit of a text; `skeleton` is the file of names that was written, None if none was."""
-
-    skeleton: Path | None
-
-
 def audit_text(
     text: Path, against: Path, names: Path | None = None, printed: Path | None = None
-) -> TextAudit:
+) -> PaperAudit:
     """Judge the displayed equations of a text against the mechanism of a Python file.
 
     Verdicts and functions are written to `generated` next to the text. Without `names`, a file of
@@ -291,7 +285,7 @@ def audit_text(
         files.write_text(skeleton_path, skeleton)
     keep_file(skeleton_path)
     audit = _collect(folder, numbers_file, printed)
-    return TextAudit(audit.result, audit.typeset, folder, skeleton_path if is_new else None)
+    return replace(audit, skeleton=skeleton_path if is_new else None)
 
 
 def _keep_derivations(source: Path, folder: Path) -> None:

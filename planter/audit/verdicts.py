@@ -7,13 +7,13 @@ from __future__ import annotations
 import operator
 import re
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from difflib import get_close_matches
 from typing import Any
 
 from planter.audit import numbers
 from planter.audit.numbers import load_numbers
-from planter.audit.registry import CONSEQUENCES, FORMULAS, Computation, Inputs, Value
+from planter.audit.registry import FORMULAS, Computation, Inputs, Value
 from planter.errors import ComputationError, InputError
 from planter.kernels import generated
 
@@ -37,15 +37,6 @@ def judge_claims(
     """
     table = load_numbers() if content is None else content
     return [_judge_claim(row, table) for row in table["claim"] if paper in (None, row["paper"])]
-
-
-def meets(value: float, must: str, tolerance: float = EXACT) -> bool:
-    """Return whether a value meets a condition.
-
-    >>> meets(0.02, "< 0.05"), meets(1e-12, "= 0"), meets(1e-3, "= 0"), meets(-1e-12, ">= 0")
-    (True, True, False, True)
-    """
-    return interval_meets((value, value), must, tolerance)
 
 
 def interval_meets(interval: tuple[float, float], must: str, tolerance: float = EXACT) -> bool:
@@ -86,37 +77,22 @@ def _judge_claim(row: Mapping[str, Any], table: Mapping[str, Any]) -> dict[str, 
 
 FAULTY = ("misprint", "incomplete", "contradicted")
 UNJUDGED = "not judged"
-HEADLINE = "headline number"
 Consequence = dict[str, Any]
 
 
 def derive_consequences(
     paper: str | None, table: Mapping[str, Any], trial: Mapping[str, Sequence[Mapping[str, Any]]]
 ) -> list[Consequence]:
-    """Return the consequences for all papers, or for one, from the verdicts on `equations`, `laws`
-    and `numbers`.
+    """Return the printed numbers of all papers, or of one, that rest on a fault, by the equations as
+    printed and as derived.
     """
     consequences: list[Consequence] = []
-    for name in table["papers"]:
-        if paper in (None, name):
-            consequences += list_headlines(name, table, trial)
-            for row in table.get("chain", ()):
-                if row["paper"] == name:
-                    consequences += CONSEQUENCES[row["by"]](row, table["disclosed"][name], trial)
-    return consequences
-
-
-def list_headlines(
-    paper: str, table: Mapping[str, Any], trial: Mapping[str, Sequence[Mapping[str, Any]]]
-) -> Iterator[Consequence]:
-    """Yield printed numbers that rest on a fault, by the equations as printed and as derived."""
-    for row in table.get("headline", ()):
-        if row["paper"] != paper:
-            continue
+    for row in table["headline"]:
         rests_on = _find_faults(row, trial)
-        if rests_on:
-            for entry in numbers.expand_each(row):
-                yield _build_headline(row, entry, rests_on, table)
+        if rests_on and paper in (None, row["paper"]):
+            entries = numbers.expand_each(row)
+            consequences += [_build_headline(row, entry, rests_on, table) for entry in entries]
+    return consequences
 
 
 def _find_faults(
@@ -145,7 +121,6 @@ def _build_headline(
         values[key] = FORMULAS[row[key]](inputs[-1])
     return {
         "paper": row["paper"],
-        "about": HEADLINE,
         "quantity": row["quantity"].format_map(entry),
         "unit": row["unit"],
         "printed": float(entry["printed"]) if "printed" in entry else row.get("printed"),
@@ -154,7 +129,6 @@ def _build_headline(
         "assumed_inputs": list(
             dict.fromkeys(text for arguments_read in inputs for text in arguments_read.assumed)
         ),
-        "statement": "",
     }
 
 
@@ -182,35 +156,35 @@ def audit(paper: str | None = None) -> dict[str, Any]:
 def collect_verdicts(
     verdicts: Entry, judged: Sequence[Entry], titles: Mapping[str, str]
 ) -> dict[str, Any]:
-    """Return the verdicts on some papers and their numbers, without statements and"""
-    parts = ("equations", "laws", "causes", "references")
-    equations, laws, causes, references = (
-        _select_papers(verdicts.get(part, ()), list(titles)) for part in parts
-    )
-    number_verdicts = _select_papers(judged, list(titles))
-    texts = {"rows": [dict(row) for row in verdicts["rows"]]} if "rows" in verdicts else {}
-    return texts | {
-        "equations": equations,
-        "laws": laws,
+    """Return the verdicts on some papers and their numbers, without statements and consequences."""
+    names = list(titles)
+    number_verdicts = _select_papers(judged, names)
+    causes = [*verdicts.get("causes", ()), *numbers.list_causes(number_verdicts)]
+    result: dict[str, Any] = {
+        "equations": _select_papers(verdicts["equations"], names),
+        "laws": _select_papers(verdicts["laws"], names),
         "numbers": number_verdicts,
-        "causes": _select_papers([*causes, *numbers.list_causes(number_verdicts)], list(titles)),
-        "references": references,
+        "causes": _select_papers(causes, names),
+        "references": _select_papers(verdicts.get("references", ()), names),
         "claims": [],
         "consequences": [],
-        "summary": {
-            name: {
-                "title": title,
-                "equations": count_verdicts(_select_papers(equations, [name])),
-                "at_fault": sum(
-                    1 for e in _select_papers(equations, [name]) if e["verdict"] in FAULTY
-                ),
-                "causes": len(_select_papers(causes, [name]))
-                + len(numbers.list_causes(_select_papers(number_verdicts, [name]))),
-                "laws_violated": sum(1 for law in _select_papers(laws, [name]) if law["caused_by"]),
-                "numbers": count_verdicts(_select_papers(number_verdicts, [name])),
-            }
-            for name, title in titles.items()
-        },
+    }
+    result["summary"] = {name: _summarise(result, name, title) for name, title in titles.items()}
+    rows = {"rows": [dict(row) for row in verdicts["rows"]]} if "rows" in verdicts else {}
+    return rows | result
+
+
+def _summarise(result: Entry, paper: str, title: str) -> dict[str, Any]:
+    """Return the counts of verdicts on a paper."""
+    parts = ("equations", "laws", "numbers", "causes")
+    own = {part: _select_papers(result[part], [paper]) for part in parts}
+    return {
+        "title": title,
+        "equations": _count_verdicts(own["equations"]),
+        "at_fault": sum(entry["verdict"] in FAULTY for entry in own["equations"]),
+        "causes": len(own["causes"]),
+        "laws_violated": sum(bool(law["caused_by"]) for law in own["laws"]),
+        "numbers": _count_verdicts(own["numbers"]),
     }
 
 
@@ -232,7 +206,7 @@ def load_verdicts() -> dict[str, Any]:
         raise ComputationError("no verdicts on equations: write them by `make audit`") from None
 
 
-def count_verdicts(entries: Iterable[Entry]) -> dict[str, int]:
+def _count_verdicts(entries: Iterable[Entry]) -> dict[str, int]:
     """Return the count of each verdict by name."""
     return dict(sorted(Counter(entry["verdict"] for entry in entries).items()))
 

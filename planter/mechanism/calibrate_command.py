@@ -46,6 +46,8 @@ OF_MEASURED = (
     "--check",
     "--check-rpm",
     "--seed",
+    "--workers",
+    "--cluster",
 )
 """Options of `planter calibrate` that concern a measured curve."""
 
@@ -58,13 +60,9 @@ def calibrate(
     model: Annotated[
         ModelName | None,
         typer.Option(
-            help="of a machine with two models, both of which are tried: the one that is reported "
-            "first [default: printed]",
+            help="of a machine with two models [default: printed]; with --data both are tried",
             show_default=False,
         ),
-    ] = None,
-    flank: Annotated[
-        list[str] | None, text_option("try only this law of the cam's flanks (repeatable)", "LAW")
     ] = None,
     data: Annotated[
         Path | None, text_option("fit to a measured curve in this CSV file instead", "CSV")
@@ -184,13 +182,9 @@ def calibrate(
         if data is None:
             refuse_unused("without --data, a measured curve", *OF_MEASURED)
             extension = find_extension(opened)
-            fitted = extension.fit_to_figures(
-                first or "printed", target, flank or (), console.progress, means
-            )
-            with interruptible_result(fitted.record.table()):
-                fitted.show(console, out)
+            extension.fit_to_figures(first or "printed", target).show(console, out)
             return
-        refuse_unused("with --data", "--target", "--flank")
+        refuse_unused("with --data", "--target")
         if preview:
             refuse_unused("with --preview", "--explain", "--check", "--check-rpm")
             of_fits = ["--fit", "--prior", "--seed", "--workers", "--cluster", "--model"]

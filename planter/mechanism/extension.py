@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 from functools import partial
 from importlib import import_module
@@ -25,10 +25,8 @@ if TYPE_CHECKING:
         MechanismCycleResult,
         MechanismWarning,
     )
-    from planter.progress import Listener
     from planter.report.animation import MotionBlock
     from planter.report.presentation import ResultPresentation
-    from planter.task import Means
 
 
 class HasMachine(Protocol):
@@ -128,10 +126,8 @@ class MachineExtension:
         """
         return {"derived": partial(self.machine.build, self.machine.document)}
 
-    def fit_to_figures(
-        self, model: str, target: str, laws: Sequence[str], listener: Listener, means: Means
-    ) -> ResultPresentation:
-        """Return the fit to the figures that a paper reports, `model` first.
+    def fit_to_figures(self, model: str, target: str) -> ResultPresentation:
+        """Return the fit to the figures that a paper reports.
 
         Raises InputError if no paper reports any.
         """

@@ -65,7 +65,6 @@ VALUES: dict[str, tuple[str, ...]] = {
     "--check": ("own.lvm",),
     "--check-rpm": ("50",),
     "--target": ("other",),
-    "--flank": ("other",),
     "--data": ("own.lvm",),
     "--least-slope": ("0.2",),
     "--largest-slope": ("5",),
@@ -111,8 +110,6 @@ VALUES: dict[str, tuple[str, ...]] = {
     "--names": ("a.toml",),
     "--numbers": ("a.toml",),
     "--front": (),
-    "--experiment": (),
-    "--machine": ("compact",),
     "--slips": ("3",),
     "--answers": ("a.jsonl",),
 }
@@ -235,8 +232,8 @@ IGNORED = {
     "optimise wang2017": ("--prove-seconds 3",),
     "studio --static x.html": ("--port 1", "--folder x"),
     "tolerance wang2017 --no-robust": ("--sigmas 2",),
-    "audit": ("--seed 3", "--slips 2", "--machine compact"),
-    "audit --benchmark": ("--machine compact", "--front"),
+    "audit": ("--seed 3", "--slips 2"),
+    "audit --benchmark": ("--against a.py", "--numbers a.toml"),
     "simulate own": ("--module-mm 3",),
     "calibrate wang2017": (
         "--column F",
@@ -253,8 +250,9 @@ IGNORED = {
         "--explain",
         "--check own.lvm",
         "--seed 1",
+        "--workers 2",
     ),
-    "calibrate wang2017 --data own.lvm --column F": ("--target other", "--flank other"),
+    "calibrate wang2017 --data own.lvm --column F": ("--target other",),
     "calibrate wang2017 --data own.lvm --column F --explain": (
         "--workers 2",
         "--check own.lvm",

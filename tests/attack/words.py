@@ -59,7 +59,6 @@ SLOW: tuple[Call, ...] = (
     ("compare", "wang2017", "--pair"),
     ("compare", "wang2017", "--starts"),
     ("calibrate", "wang2017", "--target"),
-    ("calibrate", "wang2017", "--flank"),
     ("tolerance", "wang2017", "--samples"),
     ("tolerance", "wang2017", "--tolerances"),
     ("gears", "wang2017", "--teeth"),

@@ -20,8 +20,6 @@ SMALL = "pictures/"
 """Folder of the pictures that are made smaller."""
 PICTURES = {
     "support_force.png": ("simulate wang2017", "figures/support_force.png"),
-    "front.png": ("audit wang2017 --front", "front.png"),
-    "experiment.png": ("audit wang2017 --experiment", "experiment.png"),
     "pictures/motion.gif": ("animate wang2017 --seconds 2", ""),
     "pictures/symbols.png": ("explain wang2017", "figures/train.png"),
     "pictures/gears.png": ("gears wang2017 --teeth 31,31 --module1 2", "figures/assembly.png"),

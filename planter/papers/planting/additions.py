@@ -4,7 +4,7 @@ objective (31), requirements, gears, and the effects of its assumptions.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import replace
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
@@ -42,10 +42,8 @@ if TYPE_CHECKING:
 
     from planter.gears.workshop.cam_report import CamOutput
     from planter.measured.calibration import MachineBuilder
-    from planter.progress import Listener
     from planter.report.animation import MotionBlock
     from planter.report.presentation import ResultPresentation
-    from planter.task import Means
 
 
 def build_extension(device: Device, machine: Machine) -> MachineExtension:
@@ -176,23 +174,17 @@ class DeviceExtension(MachineExtension):
 
     def list_builders(self, model: str | None) -> Mapping[str, MachineBuilder]:
         """Return builders of the device in both models."""
-        from planter.papers.planting import calibration
-
         models = sorted(MODELS, key=lambda each: each != (model or "printed"))
         document = self.device.machine
-        return {each: partial(calibration.build_engine_machine, document, each) for each in models}
+        return {each: partial(_build_engine_machine, document, each) for each in models}
 
-    def fit_to_figures(
-        self, model: str, target: str, laws: Sequence[str], listener: Listener, means: Means
-    ) -> ResultPresentation:
+    def fit_to_figures(self, model: str, target: str) -> ResultPresentation:
         """Return the fit to the figures of a paper."""
-        from planter.papers.planting import calibration
+        from planter.papers.planting.calibration import calibrate
         from planter.papers.planting.presentation import present_calibration
 
-        first: Model = "exact" if model == "exact" else "printed"
-        device = Device(self.device.machine, first)
-        result = calibration.calibrate(device.machine, first, target, laws, listener, means)
-        return present_calibration(result, device)
+        device = Device(self.device.machine, "exact" if model == "exact" else "printed")
+        return present_calibration(calibrate(device.machine, device.model, target), device)
 
     def build_cam(self, request: CamRequest) -> CamOutput:
         """Return the end-face cam as a part. Raises InputError for options of a disc."""
@@ -213,3 +205,7 @@ class DeviceExtension(MachineExtension):
         from planter.papers.planting.motor_drive import build_driven_machine
 
         return build_driven_machine(self.device)
+
+
+def _build_engine_machine(machine: PlantingMachine, model: Model) -> Machine:
+    return Device(machine, model).engine

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from planter.files import units
@@ -14,11 +14,10 @@ from planter.papers.planting.results import (
     CalibrationFound,
     ComparedPair,
     ComparisonFound,
-    ModelFitted,
     NarrowBox,
 )
 from planter.report import files, style
-from planter.report.html import Block, Cell, Items, KeyFigure, Keys, Section, Table, Text
+from planter.report.html import Cell, Items, KeyFigure, Keys, Section, Table, Text
 from planter.report.labels import count_things, format_name, list_values, load_names, separate_words
 from planter.report.presentation import ModelAssumptions, ResultPresentation
 
@@ -214,9 +213,7 @@ def _label_bar(entry: ComparedPair | NarrowBox) -> str:
 
 
 def present_calibration(result: CalibrationFound, device: Device) -> ResultPresentation:
-    """Return the presentation of inputs fitted to a paper's figures: fitted inputs, and what each
-    model can reach.
-    """
+    """Return the presentation of inputs fitted to a paper's figures, and of what they give."""
     return ResultPresentation(
         title=f"Calibration of the planting device {result.machine}",
         conclusion=result.statement,
@@ -228,54 +225,35 @@ def present_calibration(result: CalibrationFound, device: Device) -> ResultPrese
 
 
 def _list_calibration_sections(result: CalibrationFound) -> Iterator[Section]:
-    head = ("input", "value", "unit", "lower", "upper", "origin")
-    fitted = [[getattr(row, key) for key in ("name", *head[1:])] for row in result.fitted]
+    head = ("name", "value", "unit", "lower", "upper")
+    fitted = [[getattr(row, key) for key in head] for row in result.fitted]
     caption = f"Calibrated, not the paper's; {', '.join(result.choices.values())} flanks"
-    yield Section("Fitted inputs", [Table(head, fitted, caption, page_columns=("origin",))])
-    for model in sorted(result.models, key=lambda model: model != result.model):
-        fit = result.models[model]
-        statement = (
-            [] if model == result.model else [Text(fit.statement, "" if fit.met else "warning")]
-        )
-        yield Section(
-            f"What the {model} model can reach", [*statement, *_describe_fit(fit, result.target)]
-        )
+    yield Section("Fitted inputs", [Table(head, fitted, caption)])
+    rows = []
+    for key, value in result.target.items():
+        reached, unit = result.reached[key], units.display_unit(key)
+        rows.append((format_name(key), value, reached, unit, result.miss_percent[key]))
+    determined = (
+        f"The target determines {count_things(result.rank, 'combination')} of the "
+        f"{len(result.fitted)} inputs."
+    )
     yield Section(
-        "The other model with the fitted inputs", [list_values(result.other_model.table())]
+        f"What the {result.model} model can reach",
+        [
+            Table(("support force", "target", "reached", "unit", "miss / %"), rows),
+            Text(determined),
+            Keys({"least force of the cam on the roller / N": result.least_push_N}),
+        ],
     )
-    angles = {f"{format_name(key)} / deg": angle for key, angle in result.events.items()}
-    yield Section(
-        "Carrier angles at which flanks begin, side 1; the paper gives them roughly", [Keys(angles)]
-    )
-
-
-def _describe_fit(fit: ModelFitted, target: Mapping[str, float]) -> Iterator[Block]:
-    """Yield a model's errors against the target, the distance of its inputs from the machine's, and
-    the best misses.
-    """
-    rows = [
-        (format_name(key), value, fit.reached[key], units.display_unit(key), fit.miss_percent[key])
-        for key, value in target.items()
-    ]
-    yield Table(("support force", "target", "reached", "unit", "miss / %"), rows)
-    yield Text(
-        f"The target determines {count_things(fit.rank, 'combination')} of the {len(fit.fitted)} "
-        f"inputs."
-    )
-    yield Keys(
-        {
-            "flanks": ", ".join(fit.choices.values()),
-            "least force of the cam on the roller / N": fit.least_push_N,
-            "rms distance from the machine's inputs / widths of bounds": fit.distance.rms_share,
-            "inputs at a bound": ", ".join(fit.distance.at_bounds) or "none",
-        }
-    )
-    if fit.distance.unusual:
-        yield Items(fit.distance.unusual, "warning")
-    if fit.front:
-        head = ("flanks", *(f"{format_name(key)} missed / %" for key in target), "range / N")
+    if result.front:
+        missed = [f"{format_name(key)} missed / %" for key in result.target]
         misses: list[tuple[Cell, ...]] = [
-            (*best.choices.values(), *(best.miss_percent[key] for key in target), best.range_N)
-            for best in fit.front
+            (*best.choices.values(), *best.miss_percent.values(), best.range_N)
+            for best in result.front
         ]
-        yield Table(head, misses, "The smallest misses, with a cam that only pushes")
+        yield Section(
+            "The smallest misses, with a cam that only pushes",
+            [Table(("flanks", *missed, "range / N"), misses)],
+        )
+    other = list_values(result.other_model.table())
+    yield Section("The other model with the fitted inputs", [other])

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from planter.engine.proof.search import GlobalBound
+from planter.engine.proof.proof_results import GlobalBound
 from planter.engine.solvers.result import EvaluationCounts, OptimalityCertificate
 from planter.files.record import Record
 from planter.kernels import Array
@@ -239,7 +239,6 @@ class Fitted(Record):
     unit: str
     lower: float
     upper: float
-    origin: str
 
 
 @dataclass(frozen=True)
@@ -252,19 +251,6 @@ class OtherModel(Record):
 
 
 @dataclass(frozen=True)
-class Distance(Record):
-    """Distance of fitted inputs from the machine's own, and unusual values.
-
-    `rms_share` is in widths of the bounds; `at_bounds` are inputs on a bound; `unusual` says what
-    no such machine has.
-    """
-
-    rms_share: float
-    at_bounds: list[str]
-    unusual: list[str]
-
-
-@dataclass(frozen=True)
 class CalibrationTradeoff(Record):
     """One of the best misses: no figure comes nearer without another one being missed by more."""
 
@@ -274,42 +260,28 @@ class CalibrationTradeoff(Record):
     miss_percent: dict[str, float]
 
 
-@dataclass(frozen=True, kw_only=True)
-class ModelFitted(Record):
-    """Result of a calibration for one model; `front` has the best misses if the target is not met.
+@dataclass(frozen=True)
+class CalibrationFound(Record):
+    """`planter calibrate`: fitted inputs, and the figures that a model reaches with them.
 
-    `least_push_N` is the least force of the cam on the roller over the turn: below zero it would
-    have to pull.
-    """
-
-    met: bool
-    statement: str
-    choices: dict[str, str]
-    fitted: list[Fitted]
-    reached: dict[str, float]
-    miss_percent: dict[str, float]
-    cam_pushes: bool
-    least_push_N: float
-    distance: Distance
-    rank: int
-    front: list[CalibrationTradeoff] | None = None
-
-
-@dataclass(frozen=True, kw_only=True)
-class CalibrationFound(ModelFitted):
-    """`planter calibrate`: fitted inputs, their errors against the target, and what the target
-    determines.
-
-    Its own figures are those of the `model` that was asked for; `models` holds what was found for
-    each.
+    `rank` is the number of combinations of the inputs that the target determines; `least_push_N`
+    the least force of the cam on the roller over the turn: below zero it would have to pull.
+    `front` has the best misses if the target is not met.
     """
 
     machine: str
     model: str
+    met: bool
+    statement: str
+    choices: dict[str, str]
+    fitted: list[Fitted]
     target: dict[str, float]
-    events: dict[str, float]
+    reached: dict[str, float]
+    miss_percent: dict[str, float]
+    least_push_N: float
+    rank: int
     other_model: OtherModel
-    models: dict[str, ModelFitted]
+    front: list[CalibrationTradeoff] | None
 
 
 @dataclass(frozen=True)

@@ -234,7 +234,10 @@ def compute_friction(device: Device, x: Array, stages: Sequence[ToothedPair]) ->
 def summarise_turn(teeth: ToothedTurn, turn: LiftedCycle) -> FrictionTurn:
     """Return the figures of a cycle."""
     mean, per_turn = teeth.angles.mean, TURN / teeth.device.machine.si("operation.speed_rpm")
-    torque, sizes = turn.totals["M_L"], {name: _size(turn, name) for name in (*JOINTS, *NORMAL)}
+    torque, sizes = (
+        turn.totals["M_L"],
+        {name: np.abs(_row(turn, name)) for name in (*JOINTS, *NORMAL)},
+    )
     return FrictionTurn(
         largest_N={name: float(size.max()) for name, size in sizes.items()},
         rms_N={name: float(np.sqrt(mean(size**2))) for name, size in sizes.items()},
@@ -262,7 +265,8 @@ def compute_maximum_forces(teeth: ToothedTurn) -> dict[str, float]:
     equal = teeth.compute_lifting(teeth.equal)
     alone = [teeth.turn(teeth.compute_lifting(loads), behind=equal) for loads in pairs]
     bounds = {
-        name: max(float(_size(turn, name).max()) for turn in alone) for name in (*JOINTS, *NORMAL)
+        name: max(float(np.abs(_row(turn, name)).max()) for turn in alone)
+        for name in (*JOINTS, *NORMAL)
     }
     return bounds | {
         name: _bound_shared_force(teeth.shared, alone, name) for name in JOINTS if name in TOTALS
@@ -291,27 +295,22 @@ def _input_power(turn: LiftedCycle, tag: str) -> Array:
 
 def _curves(turns: Mapping[str, LiftedCycle]) -> dict[str, dict[str, Array]]:
     """Quantities over a turn by key, each by kind of friction."""
-    joints = {
-        units.display_key(name, "N"): {kind: turn.joint(name) for kind, turn in turns.items()}
-        for name in FORCES
-    }
-    torques = {
-        units.display_key(name, "N m"): {kind: turn.totals[name] for kind, turn in turns.items()}
-        for name in TORQUES
-    }
-    losses = {
-        units.display_key(name, "W"): {kind: turn.one[name] for kind, turn in turns.items()}
-        for name in LOSSES
-    }
-    return joints | torques | losses
+    curves = {}
+    for names, unit in UNITS:
+        for name in names:
+            rows = {kind: _row(turn, name) for kind, turn in turns.items()}
+            curves[units.display_key(name, unit)] = rows
+    return curves
+
+
+def _row(turn: LiftedCycle, name: str) -> Array:
+    """The size (n,) of the force in a joint [N], or another quantity of side 1 or of both."""
+    if name in JOINTS:
+        return turn.joint(name)
+    return (turn.totals if name in turn.totals else turn.one)[name]
 
 
 def _vector(turn: LiftedCycle, name: str) -> Array:
     """The force in a joint (2, n) [N]."""
     source = turn.totals if name in TOTALS else turn.one
     return np.array([source[part] for part in JOINTS[name]])
-
-
-def _size(turn: LiftedCycle, name: str) -> Array:
-    """Size (n,) of the force in a joint or a contact [N]."""
-    return turn.joint(name) if name in JOINTS else np.abs(turn.one[name])

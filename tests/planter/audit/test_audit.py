@@ -7,6 +7,7 @@ from __future__ import annotations
 import copy
 import itertools
 import json
+import math
 import re
 from decimal import Decimal
 from pathlib import Path
@@ -16,14 +17,12 @@ import jsonschema
 import numpy as np
 import pytest
 
+from planter import Device, load_machine, optimise_device
 from planter.audit import numbers, verdicts
 from planter.audit.registry import FORMULAS, Computation, Inputs, Rounded
 from planter.audit.user_paper import MEASURE
-from planter.errors import ComputationError
+from planter.errors import ComputationError, PlanterError
 from planter.kernels import generated
-from planter.papers.clutch.printed import formulas
-from planter.papers.mapping.printed import gearing
-from planter.papers.pickup.printed import gearing as helical
 from tests.support.cli import below
 from tests.support.sampled import sampled
 from tests.support.schemas import load_schema
@@ -380,235 +379,215 @@ def test_causes_and_equations_are_counted_apart(audit: dict[str, Any]) -> None:
         assert summary["at_fault"] >= len(faulty)
 
 
-# ---- formulas
-# ------------------------------------------------------------------------------------------------------
-
-
-def of_poses(by: str, poses: np.ndarray, **arguments: Any) -> Any:
-    """What a formula gives for five poses (5, 3) [mm, mm, deg] that are called pose 1 to pose 5."""
-    values = {f"pose {i}": pose.tolist() for i, pose in enumerate(poses, 1)}
-    return FORMULAS[by](
-        Inputs({"poses": "five", "five": list(values), **values, **arguments}, {}, {})
+def scaled(value: Any, factor: float) -> Any:
+    """All measures in a value grown by a factor; texts, counts of items and choices stay."""
+    if isinstance(value, bool | str):
+        return value
+    if isinstance(value, int | float):
+        return value * factor
+    if isinstance(value, list):
+        return [scaled(item, factor + 0.013 * i) for i, item in enumerate(value)]
+    return (
+        {key: scaled(item, factor) for key, item in value.items()}
+        if isinstance(value, dict)
+        else value
     )
 
 
-def printed_poses() -> np.ndarray:
-    table = numbers.load_numbers()["disclosed"]["sun2019"]
-    return np.array([table[f"pose {i}"] for i in range(1, 6)], dtype=float)
+CHOICES = {
+    "axis",
+    "bar",
+    "component",
+    "dyad",
+    "entry",
+    "level",
+    "levels",
+    "against",
+    "column_A",
+    "column_B",
+    "column_C",
+    "value_points",
+}
 
 
-def hinges(poses: np.ndarray, dyad: int) -> np.ndarray:
-    return np.array(
-        [
-            [
-                of_poses("moving hinge", poses, dyad=dyad, pose=f"pose {i}", axis=axis)
-                for axis in (1, 2)
-            ]
-            for i in range(1, 6)
-        ]
-    )
+def changed(table: dict[str, Any]) -> dict[str, Any]:
+    """The data with every input another one."""
+    other = copy.deepcopy(table)
+    for part in ("disclosed", "assumed"):
+        for entry in other[part].values():
+            for i, (name, value) in enumerate(entry.items()):
+                entry[name] = value if name in CHOICES else scaled(value, 1.07 + 0.011 * (i % 7))
+    for row in (*other["number"], *other["claim"]):
+        for where in ("with", "each"):
+            for i, (name, value) in enumerate(row.get(where, {}).items()):
+                if name not in CHOICES:
+                    row[where][name] = scaled(value, 1.09 + 0.017 * i)
+    return other
 
 
-def poses_of(point: tuple[float, float], angles: np.ndarray) -> np.ndarray:
-    """Five poses that carry a point round a circle of radius 40 about (30, -20)."""
-    rows = []
-    for turn, where in zip(angles, np.radians([10, 50, 95, 160, 230]), strict=True):
-        c, s = np.cos(np.radians(turn)), np.sin(np.radians(turn))
-        place = np.array([30, -20]) + 40 * np.array([np.cos(where), np.sin(where)])
-        rows.append([*(place - np.array([[c, -s], [s, c]]) @ point), turn])
-    return np.array(rows)
+def test_another_print_makes_no_number_equal() -> None:
+    """Each is moved by two units of its last digit, and by all that the rounding of its inputs
+    leaves open.
+    """
+    table = copy.deepcopy(numbers.load_numbers())
 
-
-def conditions(poses: np.ndarray) -> np.ndarray:
-    """Rows (5, 8) of the circle condition by hand, in mm."""
-    x, y, half = *poses[:, :2].T, np.radians(poses[:, 2]) / 2
-    z3, z4 = np.sin(half), np.cos(half)
-    z1, z2 = (x * z3 - y * z4) / 2, (x * z4 + y * z3) / 2
-    return np.column_stack(
-        [
-            z1**2 + z2**2,
-            z1 * z3 - z2 * z4,
-            z2 * z3 + z1 * z4,
-            z1 * z3 + z2 * z4,
-            z2 * z3 - z1 * z4,
-            z3 * z4,
-            z3**2 - z4**2,
-            z3**2 + z4**2,
-        ]
-    )
-
-
-def test_synthesised_dyad_is_recovered() -> None:
-    rng = np.random.default_rng(4)
-    for _ in range(10):
-        poses = poses_of((12.0, -7.0), rng.uniform(-80, 80, 5))
-        count = int(of_poses("real dyads", poses))
-        dyads = [
-            [of_poses("dyad", poses, dyad=k + 1, part=part) for part in "xyXYr"]
-            for k in range(count)
-        ]
-        best = min(dyads, key=lambda dyad: abs(dyad[0] - 12) + abs(dyad[1] + 7))
-        assert best == pytest.approx([12, -7, 30, -20, 40], rel=1e-9)
-        assert count in (2, 4)
-        assert of_poses("dyad", poses, dyad=count + 1, part="r") is None
-
-
-def test_hinges_stay_on_the_circle_of_the_coefficients() -> None:
-    poses = printed_poses()
-    for dyad in range(1, 5):
-        a0, a1, a2, a3 = (
-            of_poses(
-                "circle coefficient",
-                poses,
-                dyad=dyad,
-                coefficient=f"a{i}",
-                scale_of="a1",
-                scale=2.5,
-            )
-            for i in range(4)
+    def shifted(number: numbers.PrintedNumber) -> str:
+        low, high = numbers.recompute(number, numbers.load_numbers()).computed.interval or (
+            0.0,
+            0.0,
         )
-        x, y = hinges(poses, dyad).T
-        assert a1 == pytest.approx(2.5)
-        assert a0 * (x**2 + y**2) == pytest.approx(2 * a1 * x + 2 * a2 * y + a3, rel=1e-9)
-        radius = of_poses("dyad", poses, dyad=dyad, part="r")
-        assert np.sqrt(a3 / a0 + (a1**2 + a2**2) / a0**2) == pytest.approx(radius, rel=1e-9)
+        place = Decimal(1).scaleb(int(Decimal(number.printed).as_tuple().exponent))
+        return str(Decimal(number.printed) + (2 + round((high - low) / float(place))) * place)
 
-
-def test_vectors_of_the_null_space_solve_the_conditions() -> None:
-    """A by hand in mm; the three given entries are kept, and the nearest basis is orthonormal."""
-    poses, table = printed_poses(), numbers.load_numbers()["disclosed"]["sun2019"]
-    rows = conditions(poses)
-    size = np.linalg.norm(rows, axis=0)
-    values = {name: table[name] for name in table if name.startswith("v_") or name == "vectors"}
-    for name in table["vectors"]:
-        head = [
-            of_poses("entry of the null space", poses, vector=name, entry=i, **values)
-            for i in range(1, 6)
-        ]
-        p = np.array([*head, *table[name]])
-        assert np.abs(rows @ p).max() < 1e-9 * np.abs(size * p).max()
-        p[0] *= 1.0001
-        assert np.abs(rows @ p).max() > 1e-9 * np.abs(size * p).max()
-    basis = np.array(
-        [
-            [
-                of_poses("entry of the nearest basis", poses, vector=name, entry=i, **values)
-                for i in range(1, 9)
-            ]
-            for name in table["vectors"]
-        ]
-    )
-    np.testing.assert_allclose(basis @ basis.T, np.eye(3), atol=1e-12)
-    assert np.abs(rows @ basis.T).max() < 1e-9 * size.max()
-    assert of_poses("eigenvalues that vanish", poses) == 8 - np.linalg.matrix_rank(rows / size)
-
-
-def corner_path(lead: float) -> np.ndarray:
-    """Path of corner C by hand: C = centre + M (cos theta, sin theta), M (2, 2), in widths of the
-    pentagon.
-
-    Corner A stays on the upper side and gives y = -sin theta; corner B stays on the next side, so
-    that the coordinate across that side, -x sin 60 deg + y cos 60 deg, is -sin(theta + lead).
-    `lead` [rad] is between AC and BC as seen from the two sides.
-    """
-    across, y = -np.array([np.sin(lead), np.cos(lead)]), np.array([0.0, -1.0])
-    turn = np.radians(60)
-    return np.array([(y * np.cos(turn) - across) / np.sin(turn), y])
-
-
-def test_corner_has_constant_distance_from_sliding_corners() -> None:
-    """C by its path; A and B by their own rules: |AC| = |BC| = R, both on their sides, 36 deg
-    between them.
-    """
-    side = 1 / np.sqrt(3)
-    path = corner_path(np.radians(24))
-    centre = np.array([-side / 2, np.sqrt(3) * side / 2])
-    for theta in np.radians([60, 75, 90]):
-        c = centre + path @ [np.cos(theta), np.sin(theta)]
-        a = c - [np.cos(theta), -np.sin(theta)]
-        beta = theta + np.radians(24)
-        turned = np.array([[0.5, np.sqrt(3) / 2], [-np.sqrt(3) / 2, 0.5]])
-        b = turned @ c - [np.cos(beta), -np.sin(beta)]
-        assert a[1] == pytest.approx(np.sqrt(3) * side / 2)
-        assert b[1] == pytest.approx(np.sqrt(3) * side / 2)
-        chord = np.linalg.norm(a - turned.T @ b)
-        assert chord == pytest.approx(2 * np.sin(np.radians(18)))
-    inputs = Inputs({}, {"centre_over_width": centre, "foci_slope": -np.sqrt(3)}, {})
-    assert formulas.centre_offset(inputs) == pytest.approx(0, abs=1e-15)
-    assert formulas.axis_offset(inputs) == pytest.approx(0, abs=1e-12)
-
-
-def test_path_ellipse_equals_ellipse_of_points() -> None:
-    path, h = corner_path(np.radians(24)), 1e-4
-    at = [path @ [np.cos(t), np.sin(t)] for t in np.radians(90) + h * np.array([-1, 0, 1])]
-    (dx, dy), (ddx, ddy) = (at[2] - at[0]) / (2 * h), (at[2] - 2 * at[1] + at[0]) / h**2
-    radius = np.hypot(dx, dy) ** 3 / abs(dx * ddy - dy * ddx)
-    assert formulas.contact_radius(Inputs({}, {}, {})) == pytest.approx(radius, rel=1e-6)
-    axes = [formulas.semi_axis(Inputs({"axis": axis}, {}, {})) for axis in (1, 2)]
-    assert axes == pytest.approx(np.linalg.svd(path, compute_uv=False), rel=1e-12)
-    assert axes != pytest.approx(
-        np.linalg.svd(corner_path(np.radians(24.1)), compute_uv=False), rel=1e-5
-    )
-
-
-def test_spur_contact_ratio_equals_textbook() -> None:
-    """20 teeth each, module 2, 20 deg, no helix: 1.557 (path of contact over base pitch)."""
-    inputs = {
-        "L1_mm": 90,
-        "gamma_deg": 150,
-        "centre_distance_mm": 40,
-        "normal_module_mm": 2,
-        "teeth_1": 20,
-        "teeth_2": 20,
-        "face_width_mm": 10,
-        "normal_pressure_angle_deg": 20,
-        "addendum_coefficient": 1,
+    moved = iter([shifted(number) for number in numbers.list_numbers(numbers.load_numbers())])
+    for row in table["number"]:
+        printed = row["printed"]
+        row["printed"] = (
+            [next(moved) for _ in printed] if isinstance(printed, list) else next(moved)
+        )
+    was = {
+        (e["paper"], e["quantity"])
+        for e in numbers.judge_numbers()
+        if e["verdict"] in ("reproduced", "consistent")
     }
-    base, tip = 20 * np.cos(np.radians(20)), 22.0
-    length = 2 * (np.sqrt(tip**2 - base**2) - 20 * np.sin(np.radians(20)))
-    expected = length / (2 * np.pi * np.cos(np.radians(20)))
-    assert helical.helical_contact_ratio(Inputs(inputs, {}, {})) == pytest.approx(
-        expected, rel=1e-9
-    )
+    now = {(e["paper"], e["quantity"]): e["verdict"] for e in numbers.judge_numbers(content=table)}
+    assert len(was) > 120
+    assert all(now[key] not in ("reproduced", "consistent") for key in was)
 
 
-def test_split_of_a_ratio_with_a_known_mean() -> None:
-    """slope 1 + e cos: the mean of its root is 1 - e^2/16 - 15 e^4/1024 - ..."""
-    e, t = 0.2, np.linspace(0, 360, 181)
-    relative = -(t + np.degrees(e * np.sin(np.radians(t))))
-    found_mean = gearing.split_parameter(
-        Inputs({"carrier_deg": t, "relative_deg": relative}, {}, {})
-    )
-    assert found_mean == pytest.approx(1 - e**2 / 16 - 15 * e**4 / 1024, abs=2e-6)
-    back = -(t + np.degrees(1.5 * np.sin(np.radians(t))))
-    assert gearing.split_parameter(Inputs({"carrier_deg": t, "relative_deg": back}, {}, {})) is None
+def test_formulas_depend_on_their_inputs() -> None:
+    """Other inputs give other values: of each formula, at least for one of the numbers or
+    statements that use it.
+    """
+    table = numbers.load_numbers()
+    other = changed(table)
+    moved: dict[str, bool] = {}
+    for before, after in zip(numbers.list_numbers(table), numbers.list_numbers(other), strict=True):
+        moved[before.by] = moved.get(before.by, False) or differs(
+            before.by, before.arguments, after.arguments, before.paper, other
+        )
+    for row, second in zip(table["claim"], other["claim"], strict=True):
+        arguments = (row.get("with", {}), second.get("with", {}))
+        moved[row["by"]] = moved.get(row["by"], False) or differs(
+            row["by"], *arguments, row["paper"], other
+        )
+    discrete = {
+        "not computed",
+        "degrees of freedom",
+        "real dyads",
+        "eigenvalues that vanish",
+        "driver is a crank",
+        "place in the order of influence",
+        "best level by level means",
+        "best level by prediction",
+        "best level by ranks",
+        "freedom of interactions over what they take",
+        "rotation of the crank gear by both equations",
+        "poses in the assembly of one of them",
+        "support force",
+        "optimum",
+        "printed rule for the direction of the tip",
+        "round trip of the law",
+        "round trip of the path",
+        "outline by both sections",
+        "distance from the centre of the corner's path",
+        "angle from the major axis of the corner's path",
+        "mismatch with the third pair of sides",
+        "play that the hexagon lacks",
+        "semi-axis of the corner's path",
+        "curvature radius where the path meets the side",
+    }
+    assert {by for by, was in moved.items() if not was} <= discrete
 
 
-BLANK = [1, 2, 3, 3, 1, 2, 2, 3, 1]
-"""The column of the array that no factor is assigned to."""
+def differs(by: str, arguments: Any, other_own: Any, paper: str, other: dict[str, Any]) -> bool:
+    table = numbers.load_numbers()
+    before = FORMULAS[by](Inputs(arguments, table["disclosed"][paper], table["assumed"][paper]))
+    try:
+        after = FORMULAS[by](Inputs(other_own, other["disclosed"][paper], other["assumed"][paper]))
+    except (PlanterError, ValueError, KeyError, IndexError, np.linalg.LinAlgError):
+        return True
+    if before is None or after is None:
+        return before is not after
+    return not math.isclose(before, after, rel_tol=1e-6, abs_tol=1e-9)
 
 
-def squares(runs: np.ndarray, column: list[int]) -> float:
-    """Sum of squares of a column of three levels by its level means, by hand."""
-    means = np.array([runs[np.array(column) == level].mean() for level in (1, 2, 3)])
-    return float(3 * ((means - runs.mean()) ** 2).sum())
+@pytest.mark.parametrize(
+    ("claim", "change"),
+    [
+        ("chosen tip radius", {"tip_radius_mm": 10.4}),
+        ("chosen fillet", {"fillet_mm": 4.4}),
+        ("centre of the corner's path", {"centre_over_width": [-0.28, 0.5]}),
+        ("foci of the corner's path", {"foci_slope": -1.7}),
+        ("circumscribed alike", {"outline_angle_deg": 30}),
+        ("gives back the law", {"law_p": -1.2}),
+        ("arctan(yS/xS)", {"phi5_far_deg": 100}),
+        ("a1 larger than a2", {"centre_distance_mm": 50}),
+    ],
+)
+def test_another_input_changes_whether_a_statement_holds(
+    claim: str, change: dict[str, Any]
+) -> None:
+    table = copy.deepcopy(numbers.load_numbers())
+    (before,) = [e for e in verdicts.judge_claims() if claim in e["claim"]]
+    for name, value in change.items():
+        part = "disclosed" if name in table["disclosed"][before["paper"]] else "assumed"
+        assert name in table[part][before["paper"]]
+        table[part][before["paper"]][name] = value
+    (after,) = [e for e in verdicts.judge_claims(content=table) if claim in e["claim"]]
+    assert after["holds"] is not before["holds"]
 
 
-def test_sums_of_squares_are_those_of_the_columns_and_add_up() -> None:
-    rows = {e["quantity"]: e["recomputed"] for e in numbers.judge_numbers("shi2021")}
-    table = numbers.load_numbers()["disclosed"]["shi2021"]
-    columns = {**{factor: table[f"column_{factor}"] for factor in "ABC"}, "error": BLANK}
-    for response in ("Y1", "Y2"):
-        runs = np.array(table[f"{response}_cm"])
-        by_hand = [squares(runs, column) for column in columns.values()]
-        parts = [rows[f"{response}, sum of squares, {source}"] for source in columns]
-        assert parts == pytest.approx(by_hand, rel=1e-9)
-        assert sum(parts) == pytest.approx(rows[f"{response}, sum of squares, total"], rel=1e-12)
-        for factor, expected in zip(
-            "ABC", by_hand, strict=False
-        ):  # for two and two degrees of freedom P = 1/(1 + F)
-            assert rows[f"{response}, F of {factor}"] == pytest.approx(
-                expected / by_hand[3], rel=1e-9
-            )
-            chance = 1 / (1 + rows[f"{response}, F of {factor}"])
-            assert rows[f"{response}, P of {factor}"] == pytest.approx(chance, rel=1e-9)
+@pytest.mark.parametrize(
+    ("value", "must", "holds"),
+    [
+        (0.0, "= 0", True),
+        (1e-6, "= 0", False),
+        (3.0, "= 3", True),
+        (0.05, "< 0.05", False),
+        (-1e-12, ">= 0", True),
+        (-1e-6, ">= 0", False),
+        (1e-12, "<= 0", True),
+        (0.0, "> 0", False),
+    ],
+)
+def test_measures_satisfy_their_definitions(value: float, must: str, holds: bool) -> None:
+    assert verdicts.interval_meets((value, value), must) is holds
+
+
+def test_consequences_have_both_sides_and_reasons(audit: dict[str, Any]) -> None:
+    equations = {(e["paper"], e["equation"]): e["verdict"] for e in audit["equations"]}
+    wrong = {e["quantity"] for e in audit["numbers"] if e["verdict"] == "not reproduced"}
+    assert {e["paper"] for e in audit["consequences"]} == {"shi2021", "yu2023", "sun2019"}
+    for entry in audit["consequences"]:
+        for name in entry["rests_on"]:
+            assert equations.get((entry["paper"], name)) in verdicts.FAULTY or name in wrong
+        if entry["paper"] == "shi2021":
+            assert entry["as_printed"] != entry["as_derived"]
+
+
+def test_no_faults_have_no_consequences(audit: dict[str, Any]) -> None:
+    table = numbers.load_numbers()
+    sound = copy.deepcopy({part: audit[part] for part in ("equations", "numbers")})
+    for entry in sound["equations"]:
+        entry["verdict"] = "confirmed"
+    for entry in sound["numbers"]:
+        entry["verdict"] = "reproduced"
+    assert verdicts.derive_consequences(None, table, sound) == []
+    for entry in sound["equations"]:
+        if (entry["paper"], entry["equation"]) == ("yu2023", "14"):
+            entry["verdict"] = "misprint"
+    (left,) = verdicts.derive_consequences(None, table, sound)
+    assert (left["paper"], left["rests_on"]) == ("yu2023", ["14"])
+    assert left["as_printed"] > 1.5 * left["as_derived"]
+
+
+def test_optimum_of_the_printed_equations_is_that_of_the_record(audit: dict[str, Any]) -> None:
+    names = {"k6": "", "R3_mm": "mm", "theta_deg": "deg"}
+    rows = {e["quantity"]: e for e in audit["numbers"] if e["quantity"].startswith("optimum, ")}
+    device = Device(load_machine("wang2017"), "printed")
+    best = optimise_device(device, method="ipopt", starts=1).result.design
+    for name, unit in names.items():
+        row = rows[f"optimum, {name}"]
+        assert (row["unit"], row["verdict"]) == (unit, "not recomputable")
+        assert row["recomputed"] == pytest.approx(best[name], rel=1e-6)

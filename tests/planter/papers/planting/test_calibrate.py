@@ -1,183 +1,59 @@
-"""Calibration: the fit finds what it is told to find, stays in its bounds and says what it does not
-settle.
-"""
+"""`planter calibrate` without data: the inputs that were searched for a paper's figures."""
 
-from dataclasses import replace
+from pathlib import Path
 
-import numpy as np
 import pytest
 
-from planter.engine.solvers.sampled_cycle import sample_angles
-from planter.errors import InputError
-from planter.papers.planting import calibration, file
-from planter.papers.planting.calibration import FLANK, fitted_machine
-from planter.papers.planting.file import PlantingMachine
-from planter.papers.planting.model import Device
-from planter.papers.planting.presentation import present_calibration
-from planter.papers.planting.results import CalibrationFound, Statistics
-from planter.papers.planting.unpublished_inputs import (
-    FIGURES,
-    CalibrationForce,
-    CalibrationInputs,
-    ForceFit,
-    count_determined,
-    fit_from_starts,
-    fit_nearest,
-)
-from planter.report.console import Console
+from planter.papers.planting import calibration
+from tests.support.cli import answer, refusal, run
 
-pytestmark = pytest.mark.usefixtures("kernel_cache")
-LAWS = ("modified trapezoid",)
+THEORY = {"max_N": 158.94, "min_N": 36.77, "variance_N2": 1907.32}
+KEYS = {"fitted", "target", "reached", "rank", "other_model", "met", "choices"}
 
 
-@pytest.fixture(scope="module")
-def machine() -> PlantingMachine:
-    return file.load("wang2017")
-
-
-@pytest.fixture(scope="module")
-def calibrated(machine: PlantingMachine) -> CalibrationFound:
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(calibration, "SLOW_STARTS", calibration.STARTS["lanes"])
-        return calibration.calibrate(machine, "printed", "table1", LAWS)
-
-
-@pytest.fixture(scope="module")
-def force(machine: PlantingMachine) -> CalibrationForce:
-    device = Device(calibration.with_flank(machine, LAWS[0]), "printed")
-    return CalibrationForce(device, CalibrationInputs.with_events(device))
-
-
-def fits(
-    force: CalibrationForce, target: dict[str, float], pushing: bool = False
-) -> list[ForceFit]:
-    starts = [np.random.default_rng(seed).random(len(force.inputs)) for seed in range(6)]
-    return sorted(
-        fit_from_starts(force, target, pushing, starts, np.ones(3)), key=lambda fit: fit.rank
-    )
-
-
-def test_reachable_target_is_reached_and_other_missed(force: CalibrationForce) -> None:
-    hidden = np.random.default_rng(33).uniform(0.2, 0.8, len(force.inputs))
-    target = force(hidden).figures()
-    best = fits(force, target)[0]
-    assert ((best.z >= 0) & (best.z <= 1)).all()
-    assert best.met
-    assert best.worst < 1e-6
-    assert count_determined(best) == 3
-    beyond = {**target, "variance_N2": (target["max_N"] - target["min_N"]) ** 2}
-    assert not fits(force, beyond)[0].met
-
-
-def test_the_nearest_fit_is_nearer_and_keeps_target_and_contact(force: CalibrationForce) -> None:
-    target = force(np.random.default_rng(33).uniform(0.2, 0.8, len(force.inputs))).figures()
-    met = [fit for fit in fits(force, target, pushing=True) if fit.met]
-    closer = fit_nearest(met[-1], pushing=True)
-    assert closer.met
-    assert closer.pushes
-    assert closer.distance <= met[-1].distance
-    worse = ForceFit(force, met[0].z, {**target, "max_N": 2 * target["max_N"]})
-    assert not worse.met
-    assert worse.rank > met[0].rank
-
-
-def test_printed_model_meets_table_and_exact_does_not(calibrated: CalibrationFound) -> None:
-    printed, exact = calibrated.models["printed"], calibrated.models["exact"]
-    assert calibrated.met
-    assert printed.met
-    assert printed.cam_pushes
-    assert not exact.met
-    assert exact.front
-    assert printed.front is None
-    assert calibrated.choices[FLANK] in LAWS
-    assert exact.miss_percent["variance_N2"] < -50
-    for tradeoff in exact.front:
-        remaining = [o for o in exact.front if o is not tradeoff]
-        misses = np.abs(list(tradeoff.miss_percent.values()))
-        assert not any((np.abs(list(o.miss_percent.values())) <= misses).all() for o in remaining)
-
-
-def test_the_result_has_the_keys_of_the_contract(calibrated: CalibrationFound) -> None:
-    table = calibrated.table()
-    assert table.keys() >= {"fitted", "target", "reached", "rank", "other_model", "met", "choices"}
-    assert calibrated.target == {"max_N": 158.94, "min_N": 36.77, "variance_N2": 1907.32}
-    assert tuple(calibrated.reached) == FIGURES == tuple(calibrated.target)
-    assert all(
-        f.lower - 1e-12 <= f.value <= f.upper + 1e-12 and f.origin == "calibrated"
-        for f in calibrated.fitted
-    )
-    misses = {
-        key: 100 * (calibrated.reached[key] / value - 1) for key, value in calibrated.target.items()
+@pytest.mark.parametrize(("model", "is_met"), [("printed", True), ("exact", False)])
+def test_fit_is_that_of_the_simulated_inputs(model: str, is_met: bool, tmp_path: Path) -> None:
+    result = answer(f"calibrate wang2017 --model {model} --target table1")
+    assert result.keys() >= KEYS
+    assert (result["target"], result["met"], result["rank"]) == (THEORY, is_met, 3)
+    assert all(row["lower"] <= row["value"] <= row["upper"] for row in result["fitted"])
+    misses = {key: 100 * (result["reached"][key] / value - 1) for key, value in THEORY.items()}
+    assert result["miss_percent"] == pytest.approx(misses)
+    assert is_met is (max(map(abs, misses.values())) <= 1)
+    assert bool(result["front"]) is not is_met
+    file = tmp_path / "fitted.toml"
+    flank = result["choices"]["cam.flank"]
+    file.write_text(run("example wang2017")[1].replace("4-5-6-7 polynomial", flank), "utf-8")
+    inputs = [f"--set {row['name']}={row['value']!r}" for row in result["fitted"]]
+    other = {"printed": "exact", "exact": "printed"}[model]
+    forces = {
+        each: answer(f"simulate {file} --model {each} {' '.join(inputs)}")["support_force"]
+        for each in (model, other)
     }
-    assert calibrated.miss_percent == pytest.approx(misses)
-    assert calibrated.events == pytest.approx({"rise_begins_deg": 160, "fall_begins_deg": 280})
+    assert {key: forces[model][key] for key in THEORY} == pytest.approx(result["reached"], rel=1e-9)
+    expected = {key: forces[other][key] for key in ("range_N", "variance_N2")}
+    assert {key: result["other_model"][key] for key in expected} == pytest.approx(expected)
 
 
-def test_fitted_machine_reproduces_reached_values(
-    calibrated: CalibrationFound, machine: PlantingMachine
-) -> None:
-    fitted = calibration.with_flank(machine, calibrated.choices[FLANK]).with_numbers(
-        {f.name: f.value for f in calibrated.fitted}
-    )
-    for model in ("printed", "exact"):
-        device = Device(fitted, model)
-        turn = device.columns(device.design, sample_angles(machine.objective.samples, 2 * np.pi))
-        statistics = Statistics.of_samples(turn["support_N"])
-        if model == "printed":
-            assert {key: getattr(statistics, key) for key in FIGURES} == pytest.approx(
-                calibrated.reached, rel=1e-9
-            )
-            assert turn["F_E_N"].min() == pytest.approx(calibrated.least_push_N, rel=1e-6)
-        else:
-            assert statistics.range_N == pytest.approx(calibrated.other_model.range_N, rel=1e-9)
+def test_tampered_record_is_not_met(monkeypatch: pytest.MonkeyPatch) -> None:
+    inputs = calibration.load_study()["targets"]["table1"]["fits"]["printed"]["inputs"]
+    monkeypatch.setitem(inputs, "mass.carrier_kg", inputs["mass.carrier_kg"] + 1)
+    assert not answer("calibrate wang2017")["met"]
 
 
-def test_calibrated_machine_is_not_changed(
-    calibrated: CalibrationFound, machine: PlantingMachine
-) -> None:
-    assert machine == file.load("wang2017")
-    assert machine.cam.flank != calibrated.choices[FLANK]
-
-
-def test_fitted_inputs_are_a_machine(force: CalibrationForce) -> None:
-    fit = ForceFit(force, np.full(len(force.inputs), 0.5), dict.fromkeys(FIGURES, 1.0))
-    assert fitted_machine(fit).mass.planet_kg == pytest.approx(2.2)
-
-
-@pytest.mark.parametrize("met", [True, False])
-def test_terminal_and_page_report_whether_target_is_met(
-    met: bool,
-    calibrated: CalibrationFound,
-    machine: PlantingMachine,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
-    presented = (
-        calibrated
-        if met
-        else replace(calibrated, **vars(calibrated.models["exact"]), model="exact")
-    )
-    word = "is met by the printed model" if met else "is missed by the exact model: "
-    presentation = present_calibration(presented, Device(machine, "printed"))
-    presentation.show(Console(as_json=False))
-    assert word in " ".join(capsys.readouterr().out.splitlines()[1:4])
-    page = presentation.page({})
-    assert "Calibration of the planting device wang2017" in page
-    body = page[page.index("<body") :]
-    assert (
-        body.index(word) < body.index("mass.sun_kg") < body.index("What the exact model can reach")
-    )
-    assert "miss / %" in body
+def test_terminal_says_whether_the_target_is_met() -> None:
+    for model, words in (("printed", "is met by the printed"), ("exact", "is missed by the exact")):
+        text = " ".join(run(f"calibrate wang2017 --model {model}")[1].split())
+        assert f"{words} model" in text
 
 
 @pytest.mark.parametrize(
-    ("target", "law", "message"),
+    ("words", "message"),
     [
-        ("table2", (), "--target = table2: did you mean table1"),
-        ("table1", ("cycloid",), "--flank = cycloid: did you mean cycloidal"),
+        ("wang2017 --target table2", "--target = table2: did you mean table1"),
+        ("wang2017 --set mass.sun_kg=0.5", "searched for wang2017 alone"),
+        ("compact", "searched for wang2017 alone"),
     ],
 )
-def test_an_unknown_target_or_law_is_refused(
-    target: str, law: tuple[str, ...], message: str, machine: PlantingMachine
-) -> None:
-    with pytest.raises(InputError, match=message):
-        calibration.calibrate(machine, "printed", target, law)
+def test_what_was_not_searched_for_is_refused(words: str, message: str) -> None:
+    assert message in refusal(f"calibrate {words}")

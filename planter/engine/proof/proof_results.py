@@ -1,0 +1,66 @@
+"""Results of proofs and of their checks, key by key; importing them loads no numbers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Literal
+
+from planter.files.record import Record
+
+
+@dataclass(frozen=True, kw_only=True)
+class GlobalBound(Record):
+    """No design of the box has an objective below `lower_bound`, which is null, with `gap`, if none
+    was reached.
+
+    `kind` is that of this objective: "true", of true extremes and integrals, or "sampled", over
+    `samples` angles, from which nothing follows for true extremes. `objective` is that of the
+    incumbent `design`, the best that is known; `gap` is the difference. `seconds` are those of all
+    cores.
+    """
+
+    kind: Literal["sampled", "true"]
+    samples: int | None
+    design: dict[str, float]
+    objective: float
+    lower_bound: float | None
+    gap: float | None
+    boxes: int
+    seconds: float
+    proved: bool
+    statement: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class ProofCheck(Record):
+    """Whether a proof's bounds follow from what its file states; the reason if they do not.
+
+    `lower_bound` is below the objectives of all designs, `incumbent` above that of the incumbent,
+    `objective`; `gap` is the difference. `boxes` is the number of boxes that were bounded again.
+    `statement` says in words what was proved; the generated modules `compared` are, here, those
+    that the programs were recorded from.
+    """
+
+    valid: bool
+    objective: float | None = None
+    kind: str | None = None
+    lower_bound: float | None = None
+    incumbent: float | None = None
+    gap: float | None = None
+    boxes: int = 0
+    reason: str | None = None
+    statement: str | None = None
+    compared: list[str] = field(default_factory=list)
+
+    def describe(self) -> str:
+        """Return a sentence for people."""
+        if not self.valid:
+            return f"refused: {self.reason}"
+        modules = (
+            ", ".join(self.compared) or "nothing, as none of its generated code is installed here"
+        )
+        return (
+            f"valid: {self.statement} {self.boxes} boxes were bounded again. Generated code that "
+            f"is the same here: "
+            f"{modules}. Not compared: whether the programs are those of the machine."
+        )
