@@ -31,12 +31,12 @@ import numpy as np
 
 from planter import workers
 from planter.cli.results import WORKS, Benchmark, TaskTimes, WayTimes
+from planter.engine.outputs import CycleObjective, evaluate_many
 from planter.errors import ComputationError
 from planter.kernels import Array, toolchain
 from planter.kernels.compiler import CompilerError, find_compiler
 from planter.papers.planting import file, optimisation
 from planter.papers.planting.model import Device
-from planter.papers.planting.objective import CycleObjective, evaluate_many
 from planter.progress import Listener, ProgressPhase
 from planter.version import __version__
 
@@ -62,7 +62,7 @@ UNITS = {
 GRADIENT = f"""\
 from planter import Device, Turns, load_machine
 turns = Turns(Device(load_machine({MACHINE!r})))
-turns.gradient(turns.device.design)
+turns.gradient(turns.machine.design)
 """
 """What a new process does."""
 DERIVED = ("derive", "generated", "planter")
@@ -184,7 +184,7 @@ class TimedCycle:
         self.device = Device(file.load(MACHINE))
         self.turns = CycleObjective(self.device)
         self.response = self.device.force.response
-        self.lanes: Array = np.add.outer(self.turns.offsets, self.turns.angles).ravel()
+        self.lanes: Array = np.add.outer(self.device.force.offsets, self.turns.angles).ravel()
 
     def draw_designs(self, rng: np.random.Generator, number: int) -> Array:
         """Return random designs (number, p) within the bounds."""
@@ -193,7 +193,7 @@ class TimedCycle:
     @cached_property
     def slope(self) -> ca.Function:
         """(force) -> the objective, and its slope in the force at each angle."""
-        force, weights = ca.MX.sym("force", len(self.turns.angles)), self.turns.objective
+        force, weights = ca.MX.sym("force", len(self.turns.angles)), self.device.machine.objective
         variance = ca.sumsqr(force - ca.sum1(force) / force.numel()) / force.numel()
         spread = weights.weighted(variance, ca.sqrt)
         value = weights.weight_range * (ca.mmax(force) - ca.mmin(force)) + spread
@@ -201,7 +201,7 @@ class TimedCycle:
 
     def add_sides(self, lanes: Array) -> Array:
         """Return rows (..., sides n) of lanes added up over the sides, (..., n)."""
-        total: Array = lanes.reshape(*lanes.shape[:-1], len(self.turns.offsets), -1).sum(-2)
+        total: Array = lanes.reshape(*lanes.shape[:-1], len(self.device.force.offsets), -1).sum(-2)
         return total
 
     def call(self, way: str, work: str) -> Call:
@@ -266,7 +266,7 @@ class TimedCycle:
             slopes = loop(response.slopes_kernel.function)
             rows, tangents = slopes(lanes, d, h, ca.vec(jacobian.nz[:]))
             value, weights = self.slope(fold(rows))
-            gradient = tangents[1:, :] @ ca.repmat(weights, len(self.turns.offsets), 1)
+            gradient = tangents[1:, :] @ ca.repmat(weights, len(self.device.force.offsets), 1)
             return ca.Function("gradient", [x], [value, gradient])
         rows = loop(response.values_kernel.function)(lanes, d, response.machine.prologue(d))
         value = self.slope(fold(rows))[0]

@@ -245,7 +245,6 @@ class PlantingView:
         """
         from planter.measured.sensor_presentation import list_signal_readings
         from planter.papers.planting.browser_programs import name_over_samples
-        from planter.papers.planting.objective import read_weights
         from planter.papers.planting.results import Statistics
 
         device, x = self._at(values, model)
@@ -258,7 +257,7 @@ class PlantingView:
             Reading(
                 over("objective (31)"),
                 "",
-                read_weights(device.machine).value(force.range_N, force.variance_N2),
+                device.machine.objective.value(force.range_N, force.variance_N2),
             ),
             Reading(over("range of the support force"), "N", force.range_N),
             Reading(over("largest support force"), "N", force.max_N),

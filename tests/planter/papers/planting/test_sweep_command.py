@@ -134,14 +134,6 @@ def test_folder_of_other_plan_exits_2(tmp_path: Path) -> None:
     assert rows["operation.speed_rpm"].to_pylist() == [35, 40, 46]
 
 
-def test_list_shows_inputs_and_outputs() -> None:
-    result = answer("sweep", "--list", "wang2017")
-    jsonschema.validate(result, load_schema("sweep"))
-    assert result["choices"] == {"model": ["exact", "printed"]}
-    assert "radius" in result["inputs"]["design.R3_mm"]
-    assert "motor" in result["outputs"]["M_L_max_Nm"]
-
-
 def test_sweep_without_plan_is_rejected() -> None:
     assert "PLAN or --list MACHINE" in refusal("sweep")
     assert "a plan must be a .toml file" in refusal("sweep", "plan.csv")
