@@ -67,7 +67,9 @@ class ComparedDesign:
 
     def __init__(self, source: str, options: ComparisonOptions) -> None:
         package = find_kind(source)
-        choices = {} if options.model == "exact" else {"model": options.model}
+        choices: dict[str, Any] = {}
+        if options.model != "exact":
+            choices["model"] = options.model
         self.source, self.options = source, options
         self.machine = load_driven_machine(source, options.changes, options.speed_rpm, **choices)
         self.kind = "" if package is None else plugins.name_package(package)
