@@ -234,13 +234,13 @@ class Cycles:
         table[alive[failures == 1]] = np.nan
         return table
 
-    def run_row(self, x: Array, c: Array) -> Memory | None:
-        """Return where a row of values was evaluated, x (p,) and c (v - p,), or None if it failed.
+    def run_row(self, d: Array) -> Memory | None:
+        """Return where a row of values d (v,) was evaluated, or None if it failed.
 
         It is memory of this thread, until the next call. The machine has no loops.
         """
         memory = self._lent.memory
-        memory.d[: len(x)], memory.d[len(x) :] = x, c
+        memory.d[:] = d
         return None if self._run(*memory.arguments) else memory
 
 

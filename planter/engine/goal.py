@@ -19,11 +19,19 @@ from planter.engine.curves import QuantityCurves
 from planter.engine.machine import Machine
 from planter.engine.measures import WITHOUT_SIZE, Kind, Limit, Measure, MeasureCondition
 from planter.engine.nodes import NodeMeasure
-from planter.engine.solvers.curve_sum import CurveJump, CurveSide, CurveStatistic, CurveSum
+from planter.engine.solvers.continuous_cycle import ContinuousCycle
+from planter.engine.solvers.curve_sum import (
+    CurveJump,
+    CurveSide,
+    CurveStatistic,
+    CurveSum,
+    Sampling,
+    find_spreads,
+)
 from planter.engine.solvers.cycle_panels import PanelCache
-from planter.engine.solvers.joined import JoinedObjective, ObjectivePart
+from planter.engine.solvers.joined import CurvedPart, JoinedObjective
 from planter.engine.solvers.objective import evaluate_summary, find_gradient
-from planter.engine.solvers.range_variance import CurveSumObjective, Sampling, find_spreads
+from planter.engine.solvers.sampled_cycle import SampledCycle
 from planter.errors import InputError
 from planter.files import units
 from planter.files.units import Unit, parse_unit
@@ -176,16 +184,13 @@ class MeasureCurves:
         cyclic = [m for m in cyclic if m.kind != "jump"]
         partial = [m for m in terms if self._find_conditions(m)]
         jumps = [m for m in terms if m.kind == "jump"]
-        parts: list[ObjectivePart] = []
+        parts: list[CurvedPart] = []
         if sampling == "refined":
-            cyclic, partial = cyclic + partial, []
-        if cyclic:
-            panels = self.panels if sampling == "refined" else None
-            parts.append(CurveSumObjective(self.curves, self._build_sum(cyclic), sampling, panels))
-        for true in (partial, jumps):
-            if true:
-                total = self._build_sum(true)
-                parts.append(CurveSumObjective(self.curves, total, "refined", self.panels))
+            cyclic, partial = [], cyclic + partial
+        elif cyclic:
+            parts.append(SampledCycle(self.curves, self._build_sum(cyclic), sampling))
+        sums = [self._build_sum(true) for true in (partial, jumps) if true]
+        parts += [ContinuousCycle(self.panels, total) for total in sums]
         parts += [NodeMeasure(machine, m) for m in terms if not _is_span(m)]
         return JoinedObjective(parts, machine.design_names, widths, machine.design)
 

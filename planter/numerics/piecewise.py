@@ -97,41 +97,48 @@ class PiecewiseFunctions:
     have no integrals.
     """
 
-    def __init__(self, functions: Rates, breaks: Array, turn: float = TURN) -> None:
+    def __init__(
+        self,
+        functions: Rates,
+        breaks: Array,
+        turn: float = TURN,
+        start: float = 0.0,
+        panels: int = MIN_PIECES,
+    ) -> None:
+        """Divide the cycle from `start` on into at least so many `panels`."""
         self.functions = functions
         folded = np.sort(np.asarray(breaks, dtype=float))
         self.breaks = folded[np.diff(folded, prepend=-np.inf) > MERGED_DISTANCE]
-        inner = self.breaks[
-            (self.breaks > MERGED_DISTANCE) & (self.breaks < turn - MERGED_DISTANCE)
-        ]
-        self._edges = np.concatenate([[0.0], inner, [turn]])
-        pending = _begin_panels(self._edges, MIN_PIECES, turn)
+        low, high = start + MERGED_DISTANCE, start + turn - MERGED_DISTANCE
+        inner = self.breaks[(self.breaks > low) & (self.breaks < high)]
+        self._edges = np.concatenate([[start], inner, [start + turn]])
+        pending = _begin_panels(self._edges, panels, turn)
         accepted: list[_Panels] = []
         self.poles: dict[int, float] = {}
         size = np.zeros(1)
         self._is_noise = np.zeros(1, dtype=bool)
         for depth in range(MAX_DEPTH + 1):
-            panels = self._evaluate(pending)
-            share = panels.weights / turn
-            size = np.maximum(size, (np.abs(panels.values) * share).sum(axis=(1, 2)))
-            coefficients = np.abs(panels.values @ to_series()[:, -TAIL_LENGTH:]).max(axis=2)
+            trial = self._evaluate(pending)
+            share = trial.weights / turn
+            size = np.maximum(size, (np.abs(trial.values) * share).sum(axis=(1, 2)))
+            coefficients = np.abs(trial.values @ to_series()[:, -TAIL_LENGTH:]).max(axis=2)
             tails = coefficients * share.sum(axis=1)
             is_rough = ~(tails <= SERIES_TOLERANCE * size[:, None])
-            self._name_poles(panels, is_rough if depth == MAX_DEPTH else np.isnan(tails))
+            self._name_poles(trial, is_rough if depth == MAX_DEPTH else np.isnan(tails))
             is_rough[list(self.poles)] = False
             rough = is_rough.any(axis=0)
-            accepted.append(panels.select(~rough))
+            accepted.append(trial.select(~rough))
             if not rough.any():
                 break
             # Rounding everywhere doubles its panels at each of the first halvings, a pole at the
             # last ones.
             is_endless = depth < NOISE_DEPTH and 2 * rough.sum() > MAX_PANELS
             if is_endless or sum(len(part.owner) for part in accepted) > MAX_PANELS:
-                is_flat = is_rough & (coefficients > FLATNESS * np.abs(panels.values).max(axis=2))
+                is_flat = is_rough & (coefficients > FLATNESS * np.abs(trial.values).max(axis=2))
                 self._is_noise = (is_flat * share.sum(axis=1)).sum(axis=1) > NOISE_SHARE
-                accepted.append(panels.select(rough))
+                accepted.append(trial.select(rough))
                 break
-            pending = panels.select(rough).halve()
+            pending = trial.select(rough).halve()
         self._collect(accepted, turn)
 
     def _name_poles(self, panels: _Panels, is_rough: Flags) -> None:
@@ -186,11 +193,13 @@ class PiecewiseFunctions:
             np.where(np.abs(limits) > rounding, limits, 0.0), 2, axis=1
         )
         side_values = np.where(np.isfinite(side_values), side_values, limits)
+        nearest = np.append(slopes[:, first, 0], slopes[:, last, -1], axis=1)
+        side_slopes = np.where(np.isfinite(side_slopes), side_slopes, nearest)
         all_angles = np.concatenate([angles.ravel(), side_angles])
         places = np.lexsort(
             [all_angles, owners := np.concatenate([np.repeat(owner, NODES), pieces, pieces])]
         )
-        self.nodes, self._owner = all_angles[places], owners[places]
+        self.nodes, self.owner = all_angles[places], owners[places]
         self.weights = (np.concatenate([weights.ravel(), np.zeros(len(side_angles))]) / turn)[
             places
         ]
@@ -237,7 +246,7 @@ class PiecewiseFunctions:
 
     def _stationary(self, rows: Integers, rates: Rates) -> tuple[Integers, Array, Array]:
         """Return owners, angles and values of the stationary points."""
-        slopes, joined = self.slopes[rows], np.diff(self._owner) == 0
+        slopes, joined = self.slopes[rows], self.is_joined
         turns = ((slopes[:, 1:] > 0) != (slopes[:, :-1] > 0)) & joined
         # Between two nodes a function that is constant, or zero, but for rounding has no extremum
         # worth the search.
@@ -254,6 +263,11 @@ class PiecewiseFunctions:
             OwnFunctions(rates, owners), self.nodes[cells], self.nodes[cells + 1], ends
         )
         return owners, places, self.functions(places)[0][rows[owners], np.arange(len(owners))]
+
+    @cached_property
+    def is_joined(self) -> Flags:
+        """Flags (n - 1,) of neighbouring nodes that belong to one piece."""
+        return np.asarray(np.diff(self.owner) == 0)
 
     @property
     def ends(self) -> tuple[Array, Array]:

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from planter import paths
-from planter.engine.solvers.range_variance import Sampling
+from planter.engine.outputs import evaluate_many
+from planter.engine.solvers.curve_sum import Sampling
 from planter.engine.solvers.response import list_breakpoints
 from planter.files import units
 from planter.files.document import format_lines
@@ -34,7 +35,7 @@ from planter.papers.planting.design_results import (
 from planter.papers.planting.file import PlantingMachine
 from planter.papers.planting.functions import MODELS
 from planter.papers.planting.model import Device
-from planter.papers.planting.objective import evaluate_many, find_curve_angles, read_weights
+from planter.papers.planting.objective import find_curve_angles
 from planter.papers.planting.report import figures
 from planter.papers.planting.report.forces import draw_support_force
 from planter.papers.planting.results import (
@@ -58,8 +59,7 @@ from planter.report.html import (
     Text,
     escape_markup,
 )
-from planter.report.labels import count_things, format_label
-from planter.report.names import load_names
+from planter.report.labels import count_things, format_label, load_names
 from planter.report.presentation import (
     ModelAssumptions,
     ResultPresentation,
@@ -91,6 +91,7 @@ CAPTIONS = {
     "pareto": "Range against variance of the support force.",
     FIGURE: CAPTION,
 }
+MEASURES = ("support_range_N", "support_variance_N2")
 CLOUD_SIZE = 300
 """Random designs that are drawn beside a front."""
 MOTION_CAPTION = (
@@ -600,14 +601,15 @@ def _draw_search(device: Device, optimisation: Optimisation) -> dict[str, Figure
     if not result.front:
         return plots
     shares = np.random.default_rng(optimisation.optimum.seed).random((CLOUD_SIZE, device.size))
-    cloud = evaluate_many(device, device.lower + shares * (device.upper - device.lower))
+    designs = device.lower + shares * (device.upper - device.lower)
+    cloud = evaluate_many(device, designs, device.machine.objective.samples, outputs=MEASURES)
     marks = {
         "machine file": (result.start_range_N, result.start_variance_N2),
         "optimum": (result.range_N, result.variance_N2),
     }
     points = [(point.range_N, point.variance_N2) for point in result.front]
-    points += zip(cloud.range_N.tolist(), cloud.variance_N2.tolist(), strict=True)
-    weights = read_weights(device.machine)
+    points += map(tuple, cloud.values.tolist())
+    weights = device.machine.objective
     line = (weights.weight_range, weights.weight_variance) if weights.kind == "paper" else None
     front = figures.draw_pareto(np.array([*points, *marks.values()]), marks, line)
     return plots | {"pareto": front}

@@ -24,6 +24,7 @@ from planter.engine.search import (
 from planter.engine.sections import HOLD
 from planter.engine.sensitivity import find_directions
 from planter.engine.solvers.constraints import FEASIBILITY_TOLERANCE, Constraints, join_constraints
+from planter.engine.solvers.curve_sum import DIRECTION_ANGLES, Sampling
 from planter.engine.solvers.feasibility import MAX_ELASTIC_STARTS, find_feasible_or_nearest
 from planter.engine.solvers.local_search import (
     DEFAULT_STARTS,
@@ -37,7 +38,6 @@ from planter.engine.solvers.local_search import (
 )
 from planter.engine.solvers.optimiser import Method
 from planter.engine.solvers.problem import Problem
-from planter.engine.solvers.range_variance import Sampling, count_angles
 from planter.engine.solvers.result import OptimiserResult
 from planter.errors import ComputationError, InputError
 from planter.files.record import build_frame
@@ -293,7 +293,7 @@ def _build_optimum(
     x, machine = result.design, device.force.machine
     equation_gradients = None if lengths is None else lengths.slopes(x)
     placed = replace(machine, data=machine.build_data(x))
-    count = count_angles(sampling)
+    count = DIRECTION_ANGLES if sampling == "refined" else sampling
     directions = find_directions(placed, machine.objective, count, equation_gradients)
     return DeviceOptimum(
         **vars(result),

@@ -12,9 +12,9 @@ from dataclasses import replace
 import numpy as np
 
 from planter.engine.solvers.certificate import ActiveConstraint
+from planter.engine.solvers.curve_sum import Sampling
 from planter.engine.solvers.local_search import AGREEMENT_TOLERANCE, STATIONARITY_TOLERANCE
 from planter.engine.solvers.optimiser import Method
-from planter.engine.solvers.range_variance import Sampling
 from planter.errors import ComputationError, GeometryError
 from planter.gears.geometry import cutting
 from planter.gears.geometry.cutting import ToothedPair, ToothOrder, cut_teeth

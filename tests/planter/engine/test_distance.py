@@ -29,9 +29,8 @@ from planter.mechanism.file import load
 from planter.mechanism.machines import build_machine
 from planter.mechanism.optimisation import evaluate_limits, optimise_machine
 from planter.mechanism.presentation import format_optimum_file
-from planter.papers.planting.swept import ADAPTER
-from planter.rows.sweeps.plan import Plan
-from planter.rows.sweeps.sweep import Sweep
+from planter.rows.points import Plan
+from planter.rows.sweep import Sweep
 from tests.planter.engine.solvers.toys import check_derivatives
 from tests.support import own
 from tests.support.reference import evaluate
@@ -230,14 +229,6 @@ def test_path_of_a_planting_tip_is_an_output_of_sweeps(tmp_path: Path) -> None:
     content, question = Path(path).read_text(encoding="utf-8"), sweep.recipe.question
     Path(path).write_text(content.replace("\n", " \n", 1), encoding="utf-8")
     assert sweep.recipe.question != question, "rows of another curve are not gone on with"
-    frozen = ADAPTER.frozen(ADAPTER.load("wang2017", {}))
-    subject = ADAPTER.subject(
-        frozen, {"model": "exact"}, {"design.m31": (m31, 1.02 * m31)}, sweep.outputs
-    )
-    slope = float(subject.slopes(np.array([1.01 * m31]))[1][0, 0])
-    step = 1e-6 * m31
-    ends = subject.evaluated(np.array([[1.01 * m31 + step], [1.01 * m31 - step]]), 1)[:, 0]
-    assert slope == pytest.approx((ends[0] - ends[1]) / (2 * step), rel=1e-5)
 
 
 def test_curve_path_is_relative_to_machine_file(

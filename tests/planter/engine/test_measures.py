@@ -15,7 +15,6 @@ from planter.engine.measures import (
     Measure,
     MeasureCondition,
     format_sum,
-    parse_distance,
     parse_limit,
     parse_measure,
     parse_sum,
@@ -188,12 +187,3 @@ def test_time_belongs_to_single_measures() -> None:
     assert parse_measure("x at 2 s", "number 1") == Measure("at", "x", angle=2, in_time=True)
     with pytest.raises(InputError, match="'s' at character 8"):
         parse_sum("x at 2 s")
-
-
-def test_distance_name_round_trips() -> None:
-    for text in CURVES:
-        (term,) = parse_sum(f"max {text}")
-        distance = parse_distance(term.name)
-        assert distance is not None
-        assert str(distance) == text == term.name
-    assert parse_distance("distance") is None

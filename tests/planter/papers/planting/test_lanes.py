@@ -26,14 +26,6 @@ def device(name: str, model: Model) -> Device:
     return Device(swapped.machine() if name == "swapped" else load(name), model)
 
 
-def test_swapped_machine_has_different_functions() -> None:
-    first, other = (device(name, "exact") for name in ("wang2017", "swapped"))
-    assert [s.family for s in first.stages] == [s.family for s in reversed(other.stages)]
-    assert (
-        first.force.response.values_kernel.work.loop != other.force.response.values_kernel.work.loop
-    )
-
-
 def _arguments(kernel: Kernel, device: Device, x: Array) -> list[Array]:
     at = device.prologue(x)
     phi = np.add.outer(device.force.offsets, ANGLES).reshape(1, -1)
@@ -70,22 +62,6 @@ def _compare(kernel: Kernel, device: Device, names: tuple[str, ...]) -> None:
         for name, way in values.items():
             for actual, theirs in zip(way(arguments, arguments[0].shape[1]), expected, strict=True):
                 _check_rows(name, actual, theirs)
-
-
-@pytest.mark.parametrize(
-    ("name", "model"),
-    sampled(
-        [("wang2017", "exact"), ("compact", "exact"), ("swapped", "printed")],
-        product(MACHINES, MODELS),
-    ),
-)
-def test_force_and_slopes(name: str, model: Model) -> None:
-    planting_device = device(name, model)
-    for kernel in (
-        planting_device.force.response.values_kernel,
-        planting_device.force.response.slopes_kernel,
-    ):
-        _compare(kernel, planting_device, ("lanes", "casadi-c"))
 
 
 @pytest.mark.parametrize("name", MACHINES[:2])
@@ -136,8 +112,3 @@ def test_a_kernel_of_another_model_is_not_equal() -> None:
         theirs, arguments[0].shape[1]
     )
     assert difference(first[0], other[0]) > 1e-3
-
-
-def test_rates_along_the_angle() -> None:
-    planting_device = device("wang2017", "exact")
-    _compare(planting_device.force.response.rates_kernel, planting_device, ("lanes",))

@@ -165,19 +165,6 @@ def test_all_methods_satisfy_length_constraints() -> None:
     assert find_optimum(starts=1).design.tolist() == optima["ipopt"].design.tolist()
 
 
-@pytest.mark.parametrize(
-    ("model", "sampling"),
-    [("printed", 60), pytest.param("exact", "refined", marks=pytest.mark.long)],
-)
-def test_lengths_hold_in_each_model_and_for_true_extremes(model: str, sampling: int | str) -> None:
-    machine = Device(load("wang2017"), model)
-    optimum = device_search.search_optimum(
-        machine, "ipopt", sampling, starts=1, lengths=PitchLengthConstraints(machine, SPEC)
-    )
-    assert is_satisfied(machine, SPEC, optimum)
-    assert optimum.certificate.kkt_residual < STATIONARITY_TOLERANCE
-
-
 def test_insensitive_directions_respect_the_lengths() -> None:
     """The force depends neither on gamma, nor A6, nor R3 and e3 together; with fixed lengths gamma
     alone is free.
