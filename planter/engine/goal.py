@@ -233,14 +233,7 @@ class MeasureCurves:
         size.
         """
         if not _is_span(measure):
-            return (
-                float(
-                    np.abs(
-                        NodeMeasure(self.machine, measure).nodes(self.machine.design).values
-                    ).max()
-                )
-                or 1.0
-            )
+            return abs(NodeMeasure(self.machine, measure).value(self.machine.design)) or 1.0
         factor = self.machine.find_quantity(measure.name).factor
         return float(find_spreads(self.curves)[self._find_row(measure)]) / factor
 
