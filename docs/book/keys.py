@@ -7,11 +7,11 @@ from itertools import groupby
 from typing import TYPE_CHECKING
 
 import planter
-from planter.cli.explain import dictionary
+from planter.cli import dictionary
 from planter.papers.pickup.file import load_pickup as load_pick_up
 
 if TYPE_CHECKING:
-    from planter.cli.explain.results import Meaning
+    from planter.cli.results import Meaning
     from planter.files.document import Document
 
 HEAD = """\

@@ -23,7 +23,7 @@ from planter.engine.measures import Limit, Measure, PointDistance, parse_distanc
 from planter.engine.piecewise import build_clearance, build_distance, build_separation, read_curve
 from planter.errors import InputError
 from planter.files import examples, units
-from planter.files.kinds import find_kind, load_part
+from planter.files.examples import find_kind, load_part
 from planter.files.spelling import find_spelled, list_spellings
 from planter.kernels import Array, Kernel
 
@@ -674,7 +674,26 @@ def load_machine(
     source: str,
     changes: Mapping[str, float] | None = None,
     speed_rpm: float | None = None,
-    is_driven: bool = True,
+    **choices: str,
+) -> Machine:
+    """Return the machine of a file, or of a built-in name, that an angle drives.
+
+    Raises InputError as `load_any_machine`, and for one that moves freely.
+
+    >>> load_machine("wang2017", {"R3_mm": 31.0}).name
+    'wang2017'
+    """
+    machine = load_any_machine(source, changes, speed_rpm, **choices)
+    if machine.motion is not None:
+        message = f"no angle drives {machine.name}; run `planter move` for its free motion"
+        raise InputError(f"{source}: {message}")
+    return machine
+
+
+def load_any_machine(
+    source: str,
+    changes: Mapping[str, float] | None = None,
+    speed_rpm: float | None = None,
     **choices: str,
 ) -> Machine:
     """Return the machine of a file, or of a built-in name, some numbers [in the units of their
@@ -682,11 +701,8 @@ def load_machine(
 
     `changes` holds numbers by path or key, as ``{"r_mm": 50}``; `speed_rpm` is another speed of the
     drive [r/min]. Further keywords are choices that some machines leave, such as the model. Raises
-    InputError if there is no such machine, for an invalid number, for a choice that the machine
-    does not leave, and for one that moves freely where it must be driven by an angle.
-
-    >>> load_machine("wang2017", {"R3_mm": 31.0}).name
-    'wang2017'
+    InputError if there is no such machine, for an invalid number, or for a choice that the machine
+    does not leave.
     """
     module = find_kind(source) or load_part(source, "machines")  # which says what a file lacks
     if module is None:
@@ -699,9 +715,6 @@ def load_machine(
         if name not in inspect.signature(module.load).parameters:
             raise InputError(f"--{name} {choice} does not apply to {source}: it has one {name}")
     machine: Machine = module.load(source, changes or {}, **choices)
-    if is_driven and machine.motion is not None:
-        message = f"no angle drives {machine.name}; run `planter move` for its free motion"
-        raise InputError(f"{source}: {message}")
     return machine if speed_rpm is None else machine.with_speed(speed_rpm)
 
 

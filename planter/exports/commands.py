@@ -10,18 +10,19 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from planter.report.console import Console
-from planter.report.motion_formats import MotionFormat, describe_motion_formats
 from planter.report.options import (
     JsonOption,
     MachineArgument,
     ModelName,
     ModelOption,
+    MotionFormat,
     SetOption,
     SpeedOption,
+    describe_motion_formats,
     parse_changes,
     refuse_unused,
+    writes_files,
 )
-from planter.report.writing import writes_files
 
 if TYPE_CHECKING:
     from planter.engine.machine import Machine

@@ -18,8 +18,8 @@ from planter.report.options import (
     SpeedOption,
     find_unused,
     parse_changes,
+    writes_files,
 )
-from planter.report.writing import writes_files
 
 app = typer.Typer()
 

@@ -16,16 +16,19 @@ from planter.errors import InputError
 from planter.files import units
 from planter.kernels import Array
 from planter.measured.curve import EFFECT, SAMPLES, Chosen, MeasuredCurve, factor_of, find_measured
-from planter.measured.effects import (
+from planter.measured.findings import MeasurementResult
+from planter.measured.reading import Channel, Measurement
+from planter.measured.sensor_view import (
     RATE,
     SQUARE,
     Curves,
     SensorEffect,
+    SensorView,
+    StatedEffect,
     ZeroDrift,
+    find_sensor_view,
+    is_sensor_input,
 )
-from planter.measured.findings import MeasurementResult
-from planter.measured.reading import Channel, Measurement
-from planter.measured.sensor_view import SensorView, StatedEffect, find_sensor_view, is_sensor_input
 from planter.numerics.arrays import TURN
 
 DIFFERENCE = 1e-5

@@ -14,9 +14,10 @@ from planter.errors import InputError
 from planter.mechanism import analysis_commands, calibrate_command, move_command
 from planter.report.console import Console
 from planter.report.options import (
+    find_proof,
+    interruptible_result,
     join_applications,
 )
-from planter.report.writing import find_proof, interruptible_result
 
 if TYPE_CHECKING:
     from planter.engine.machine import Machine

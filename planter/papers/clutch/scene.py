@@ -14,7 +14,6 @@ from planter.papers.clutch.model import SIDES, VERTICES, CrankLinkage, collect_v
 from planter.papers.clutch.rotor import Rotor, body_outline, polygon_outline
 from planter.report import style
 from planter.report.animation import draw_stills
-from planter.report.curves import Panel, Points, draw_panels
 from planter.report.scene import Body, Curve, Event, Label, Outline, Point, Scene, refine_places
 from planter.report.sheet import (
     Angle,
@@ -25,6 +24,7 @@ from planter.report.sheet import (
     build_still_scene,
     direction_angle,
 )
+from planter.report.style import Panel, Points, draw_panels
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

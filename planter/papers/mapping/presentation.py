@@ -18,10 +18,8 @@ from planter.papers.mapping import model, scene
 from planter.papers.mapping.train import GEARS, polar_curves
 from planter.report import files
 from planter.report.animation import MotionBlock
-from planter.report.labels import count_things
-from planter.report.names import load_names
-from planter.report.presentation import ModelAssumptions, ResultPresentation
-from planter.report.record_sections import list_record_sections
+from planter.report.labels import count_things, load_names
+from planter.report.presentation import ModelAssumptions, ResultPresentation, list_record_sections
 from planter.version import __version__
 
 if TYPE_CHECKING:

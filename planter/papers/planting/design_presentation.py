@@ -56,8 +56,7 @@ from planter.report.html import (
     Text,
     escape_markup,
 )
-from planter.report.labels import count_things, format_label
-from planter.report.names import load_names
+from planter.report.labels import count_things, format_label, load_names
 from planter.report.presentation import (
     ModelAssumptions,
     ResultPresentation,

@@ -27,9 +27,8 @@ from planter.files.record import format_table
 from planter.gears.geometry import families, stage
 from planter.gears.geometry.stage import StageCandidate
 from planter.kernels import Array, Kernel, formulas
-from planter.measured.carried import add_carried_forces, list_carried_forces
 from planter.measured.sensor_curve import SensorSignal, measure_cycle
-from planter.measured.sensor_view import build_sensor_view
+from planter.measured.sensor_view import add_carried_forces, build_sensor_view, list_carried_forces
 from planter.papers.planting import functions
 from planter.papers.planting.file import PlantingMachine
 from planter.papers.planting.functions import Functions, Model

@@ -15,8 +15,8 @@ from planter.measured.sensor_view import describe_sensor_inputs, find_sensor_vie
 from planter.papers.planting.file import PlantingMachine
 from planter.papers.planting.model import Device
 from planter.papers.planting.requirements_section import KINDS, LIMIT_WORDS
-from planter.report.motion_formats import MotionFormat
-from planter.report.names import load_names
+from planter.report.labels import load_names
+from planter.report.options import MotionFormat
 from planter.report.subject import (
     STARTS,
     Control,

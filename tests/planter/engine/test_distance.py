@@ -29,8 +29,8 @@ from planter.mechanism.file import load
 from planter.mechanism.machines import build_machine
 from planter.mechanism.optimisation import evaluate_limits, optimise_machine
 from planter.mechanism.presentation import format_optimum_file
-from planter.rows.sweeps.plan import Plan
-from planter.rows.sweeps.sweep import Sweep
+from planter.rows.points import Plan
+from planter.rows.sweep import Sweep
 from tests.planter.engine.solvers.toys import check_derivatives
 from tests.support import own
 from tests.support.reference import evaluate

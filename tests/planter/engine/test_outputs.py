@@ -20,9 +20,8 @@ from planter.errors import ComputationError, InputError, PlanterError
 from planter.kernels import Array, backends
 from planter.mechanism.machines import build_machine
 from planter.mechanism.model import Model
-from planter.rows.sweeps.plan import SobolSequence
-from planter.rows.tolerance.analysis import compute_bands, first_order_std
-from planter.rows.tolerance.job import Spread
+from planter.rows.points import SobolSequence, Spread
+from planter.rows.tolerance_analysis import compute_bands, first_order_std
 from tests.support import own
 
 INPUTS = ("values.r_mm", "values.m_r_kg", "values.omega_rpm")

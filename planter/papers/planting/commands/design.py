@@ -37,13 +37,16 @@ from planter.report.options import (
     SpeedOption,
     VaryOption,
     WorkersOption,
+    figure_files,
+    find_proof,
+    interruptible_result,
     list_allowed,
     parse_changes,
     read_ranges,
     refuse_unused,
     text_option,
+    writes_files,
 )
-from planter.report.writing import figure_files, find_proof, interruptible_result, writes_files
 
 if TYPE_CHECKING:
     from planter.papers.planting.optimisation import Optimisation

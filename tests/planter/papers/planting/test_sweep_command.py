@@ -17,9 +17,9 @@ import pytest
 
 from planter.errors import InputError
 from planter.progress import Progress
-from planter.rows.sweeps import sweep
-from planter.rows.sweeps.command import compute_sweep
-from planter.rows.sweeps.plan import Plan
+from planter.rows import sweep
+from planter.rows.points import Plan
+from planter.rows.sweep_presentation import compute_sweep
 from tests.support.cli import answer, refusal, run
 from tests.support.schemas import load_schema
 

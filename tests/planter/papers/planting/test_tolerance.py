@@ -13,13 +13,13 @@ from planter import simulate
 from planter.errors import InputError
 from planter.papers.planting.model import Device
 from planter.papers.planting.swept import ADAPTER
-from planter.rows.sweeps.adapter import ResolvedMachine
-from planter.rows.tolerance.analysis import (
+from planter.rows.adapter import ResolvedMachine
+from planter.rows.points import Spread
+from planter.rows.robust import RobustGoal, Settings
+from planter.rows.tolerance_analysis import (
     Tolerances,
     default_tolerances,
 )
-from planter.rows.tolerance.job import Spread
-from planter.rows.tolerance.robust import RobustGoal, Settings
 from tests.support.cli import answer, refusal, run
 from tests.support.schemas import load_schema
 
