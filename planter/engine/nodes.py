@@ -165,14 +165,14 @@ class _NodeState:
             self._motion = -np.array([rest]) / self._rise
         values, slopes = self._response.slopes(self._point, self._angle)
         self.value = float(values[0, 0]) / self._factor
-        self._along = slopes[0, 0, 0] / self._factor
-        self.slope = slopes[0, 0, 1:] / self._factor + self._along * self._motion[0]
+        self._slope_in_angle = slopes[0, 0, 0] / self._factor
+        self.slope = slopes[0, 0, 1:] / self._factor + self._slope_in_angle * self._motion[0]
 
     @cached_property
     def hessian(self) -> Array:
         at, weight = (self._point, self._angle), np.array([[1 / self._factor]])
         if self._anchor is None:
             return self._response.curvature(*at, weight)[1:, 1:]
-        pull = np.array([[0.0], [-self._along / self._rise]])
+        pull = np.array([[0.0], [-self._slope_in_angle / self._rise]])
         bent = self._response.curvature_along(*at, weight, self._motion)
         return bent + self._anchor.curvature_along(*at, pull, self._motion)
