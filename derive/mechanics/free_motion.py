@@ -93,7 +93,7 @@ def project_on_rates(stated: Statement, time: Quantity) -> tuple[list[list[Expr]
     return Free(stated, time).project()
 
 
-class FreeMotion(Motion):
+class CoordinateMotion(Motion):
     """Motion of many coordinates: rates of expressions in one pass."""
 
     def rate(self, expr: Expr) -> Expr:

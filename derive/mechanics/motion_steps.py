@@ -29,15 +29,15 @@ NOTHING: Triple = (S.Zero, S.Zero, S.Zero)
 IDENTITY: Rows = ((S.One, S.Zero, S.Zero), (S.Zero, S.One, S.Zero), (S.Zero, S.Zero, S.One))
 TURNS = "angles of frames, with cosine and sine, and rows R of their axes in the world"
 MOTION = (
-    "motion in the world, w and dw of frames (e against another); of points d and u against the base,"
-    " r, v, a"
+    "motion in the world, w and dw of frames (e against another); of points d and u against the "
+    "base, r, v, a"
 )
 INERTIA = "inertia I in the world, angular momentum L"
 LOADS = "loads of bodies: i of inertia and weight, forces p and moments q of actions"
 CARRIED = "what is carried: forces f by points, moments n by frames"
 ARTICULATED = (
-    "articulated inertias A and loads P; along a coordinate inertia U and D, shares S, acceleration s;"
-    " B and H for the body before"
+    "articulated inertias A and loads P; along a coordinate inertia U and D, shares S, "
+    "acceleration s; B and H for the body before"
 )
 GIVEN = "accelerations g that coordinates give (h by the body before)"
 NOTES = {
@@ -51,7 +51,7 @@ NOTES = {
 }
 """What the names of steps begin with, and what that means."""
 NEAR = 2
-"""Offsets between two points that are added up; of points farther apart the places are subtracted."""
+"""Offsets that are added up between two points; of points farther apart places are subtracted."""
 
 
 def add_triples(*vectors: Iterable[Expr]) -> Triple:
