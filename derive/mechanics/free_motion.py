@@ -12,6 +12,7 @@ work and stay out. Gaps of closed loops and slips of rolling bodies vanish. Sour
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -229,10 +230,12 @@ class Free:
         links = Tree(loads, len(self.coordinates)).links
         if links is None:
             return ()
-        ArticulatedInertias(loads, links, len(self.coordinates)).define_accelerations()
-        outputs = Vector("accelerations_outputs", self.accelerations.quantities)
-        steps = self._list_steps(motion, [], frozenset(outputs))
-        return (ClosedForm("accelerations", self.inputs, steps, outputs),)
+        with suppress(MechanismError):  # where nothing resists a motion, its simulation says so
+            ArticulatedInertias(loads, links, len(self.coordinates)).define_accelerations()
+            outputs = Vector("accelerations_outputs", self.accelerations.quantities)
+            steps = self._list_steps(motion, [], frozenset(outputs))
+            return (ClosedForm("accelerations", self.inputs, steps, outputs),)
+        return ()
 
     def find_added_inertia(self) -> list[str]:
         """Return the names of given actions that depend on accelerations."""

@@ -30,7 +30,7 @@ from .motion_steps import (
     dot_product,
     scale_triple,
 )
-from .statement import Statement
+from .statement import MechanismError, Statement
 
 Six = tuple[Expr, ...]
 """Components of a turn, then of a displacement; or of a moment, then of a force."""
@@ -219,7 +219,10 @@ class ArticulatedInertias:
         self._count = count
 
     def define_accelerations(self) -> None:
-        """Define the accelerations of the coordinates."""
+        """Define the accelerations of the coordinates.
+
+        Raises MechanismError where no inertia resists one of them.
+        """
         inertias = [self._find_inertia(link) for link in self._links]
         loads = [self._find_load(link) for link in self._links]
         solved: list[Expr] = [S.Zero] * self._count
@@ -314,6 +317,8 @@ class ArticulatedInertias:
         moved = [dot_product(row, way) for row in inertia]
         carried = self._name_six(f"U_{name}", units, moved)
         pivot = self._motion.name(f"D_{name}", units[0], dot_product(way, carried))
+        if pivot == 0:
+            raise MechanismError(f"nothing resists a motion along {name}")
         shares = self._name_six(f"S_{name}", ("1", "1"), tuple(c / pivot for c in carried))
         size = self._motion.name(f"s_{name}", symbol.unit, -dot_product(way, load) / pivot)
         left = [[S.Zero] * 6 for _ in range(6)]

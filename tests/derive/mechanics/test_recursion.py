@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from planter.errors import ComputationError
 from tests.support import own
 
 HEAD = r'''
@@ -124,3 +125,16 @@ def test_energy_of_free_body_is_constant() -> None:
     run = dynamics.run(np.linspace(0, 0.5, 3), 1e-11, state)
     energy = run.results["kinetic"] + run.results["potential"]
     assert np.ptp(energy) < 1e-9 * np.abs(energy).max()
+
+
+def test_motion_that_nothing_resists_is_told() -> None:
+    text = """
+a, b = turn("a"), turn("b")
+first = m.frame("first", a)
+rod("heavy", first, m.O)
+E = m.point("E", m.O, first, q.l)
+m.pin("hinge", m.body("light", m.frame("second", b)), m.ground, E)
+"""
+    dynamics = own.dynamics(derive(text, False), "own")
+    with pytest.raises(ComputationError, match="resists"):
+        dynamics.accelerations(0.0, np.zeros(4))
