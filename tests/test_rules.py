@@ -189,8 +189,6 @@ BY_HAND = {
         "the closed-form loop of a linkage, compared with the synthesis in its test"
     ),
     "papers/mapping/model.py": "angle of a generated vector",
-    "papers/mapping/nearest.py": "angles of given poses",
-    "papers/mapping/synthesis.py": "angles of given poses",
     "papers/pickup/file.py": "whether a law that a user hands in goes forward",
     "papers/pickup/inverse.py": "directions of given points",
     "papers/pickup/law.py": "a law of motion that a user chooses, between its joints",

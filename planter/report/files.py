@@ -130,6 +130,16 @@ def _plain(value: Any) -> Any:
     return value
 
 
+def list_versions() -> dict[str, str]:
+    """Return the versions of this program and of what its numbers depend on."""
+    return {
+        "planter": __version__,
+        "casadi": metadata.version("casadi"),
+        "numpy": metadata.version("numpy"),
+        "python": platform.python_version(),
+    }
+
+
 def list_provenance(machine: Document, seed: int | None = None) -> dict[str, Any]:
     """Return what a run can be repeated from: versions, the machine, and a hash of its values.
 
@@ -138,10 +148,7 @@ def list_provenance(machine: Document, seed: int | None = None) -> dict[str, Any
     """
     content = json.dumps(machine.table(), sort_keys=True, allow_nan=False).encode("utf-8")
     record: dict[str, Any] = {
-        "planter": __version__,
-        "casadi": metadata.version("casadi"),
-        "numpy": metadata.version("numpy"),
-        "python": platform.python_version(),
+        **list_versions(),
         "machine": machine.name,
         "machine_sha256": hashlib.sha256(content).hexdigest(),
         "changed": list(machine.changed),
@@ -166,9 +173,7 @@ def list_comments(
     yield f"{kind}: {machine.name} ({machine.description})"
     yield from more
     record = list_provenance(machine, seed)
-    yield "versions: " + ", ".join(
-        f"{name} {record[name]}" for name in ("planter", "casadi", "numpy", "python")
-    )
+    yield "versions: " + ", ".join(f"{name} {text}" for name, text in list_versions().items())
     yield f"machine_sha256: {record['machine_sha256']}"
     if machine.changed:
         yield "set on the command line: " + ", ".join(machine.changed)

@@ -527,7 +527,11 @@ def tabulate_record_rows(
 ) -> Table:
     """Return a table of rows with a column for each key."""
     heads = [_name_column(key, names) for key in rows[0]]
-    cells = [[format_cell(_name_value(row.get(key), names)) for key in rows[0]] for row in rows]
+    cells = [[format_cell(_clean(row.get(key))) for key in rows[0]] for row in rows]
+    if "name" in rows[0]:  # a design value is named as on the page
+        column = list(rows[0]).index("name")
+        for row in cells:
+            row[column] = names.get(str(row[column]), row[column])
     page_columns = [_name_column(key, names) for key in PAGE_COLUMNS]
     return Table(heads, cells, caption, page_columns)
 
@@ -553,14 +557,6 @@ def is_nested(value: object) -> bool:
 
 def _capitalise(text: str) -> str:
     return f"{text[:1].upper()}{text[1:]}"
-
-
-def _name_value(value: Any, names: Mapping[str, str]) -> Any:
-    """Return a value to be shown; an active bound is named with its number."""
-    if isinstance(value, str):
-        key, bound, end = value.partition(" at its ")
-        return f"{names.get(key, key)}{bound}{end}" if bound else value
-    return _clean(value)
 
 
 def _clean(value: Any) -> Any:

@@ -36,7 +36,6 @@ from planter.report.presentation import (
     describe_violations,
     list_record_sections,
 )
-from planter.version import __version__
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -368,7 +367,7 @@ def present_field_test(evaluation: FieldEvaluation) -> ResultPresentation:
             for name, table in tables.items()
         },
         provenance={
-            "planter": __version__,
+            **files.list_versions(),
             "data_sha256": hashlib.sha256(repr(values).encode("utf-8")).hexdigest(),
         },
     )
