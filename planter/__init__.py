@@ -14,7 +14,7 @@ from planter.version import __version__
 
 if TYPE_CHECKING:
     from planter.audit.verdicts import audit as audit_papers
-    from planter.engine.machine import load_machine as load_mechanism
+    from planter.engine.machine import load_machine
     from planter.engine.outputs import CycleObjective as Turns
     from planter.engine.outputs import OutputBatch, evaluate_many
     from planter.engine.outputs import OutputBatch as Batch
@@ -47,7 +47,6 @@ if TYPE_CHECKING:
     from planter.papers.pickup.analysis import analyse_pickup as pick_up
     from planter.papers.planting.calibration import calibrate
     from planter.papers.planting.family_comparison import compare_families
-    from planter.papers.planting.file import load as load_machine
     from planter.papers.planting.model import Device
     from planter.papers.planting.optimisation import Optimisation
     from planter.papers.planting.optimisation import optimise as optimise_device
@@ -82,7 +81,6 @@ __all__ = [
     "load_curve",
     "load_dynamics",
     "load_machine",
-    "load_mechanism",
     "load_poses",
     "load_posterior",
     "optimise_clutch",
@@ -113,7 +111,7 @@ _HOMES = {
         "Turns:CycleObjective",
         "evaluate_many",
     ),
-    "engine.machine": ("load_mechanism:load_machine",),
+    "engine.machine": ("load_machine",),
     "errors": ("ComputationError", "GeometryError", "InputError", "Interrupted", "PlanterError"),
     "kernels": ("CallError", "Kernel"),
     "papers.mapping.curve": ("load_curve",),
@@ -131,7 +129,6 @@ _HOMES = {
     "papers.pickup.analysis": ("pick_up:analyse_pickup",),
     "papers.planting.family_comparison": ("compare_families",),
     "papers.planting.calibration": ("calibrate",),
-    "papers.planting.file": ("load_machine:load",),
     "papers.planting.model": ("Device",),
     "papers.planting.optimisation": ("Optimisation", "optimise_device:optimise"),
     "files.record": ("Record",),

@@ -158,7 +158,10 @@ def derive_driven_motion(
     )
     inputs: tuple[Packed, ...] = (angle, data, *stated.loops.inputs)
     drawing_functions = build_function(
-        PLACES, list_places(stated, stated.motion), inputs, _point_sources(stated)
+        PLACES,
+        list_places(stated, lambda point: displacement(stated.O, point, stated.world)),
+        inputs,
+        _point_sources(stated),
     )
     mesh_functions = build_function(
         MESHES, (s for mesh in find_meshes(stated) for s in mesh.lets()), inputs, steps

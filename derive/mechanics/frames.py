@@ -352,12 +352,6 @@ class Motion:
         origin = next(iter(point.chain()))
         return self.derivative(displacement(origin, point, frame))
 
-    def place(self, start: Point, end: Point, frame: Frame) -> Vec:
-        """Return the vector from one point to another [m] along the axes of ``frame``, without
-        named places.
-        """
-        return displacement(start, end, frame)
-
     def angular_momentum(self, part: Part, frame: Frame) -> Vec:
         """Return the angular momentum of a part about its centroid [kg m2/s], along the axes of the
         `spin` of its ``frame``.

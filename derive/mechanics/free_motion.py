@@ -128,7 +128,7 @@ class Free:
         }
         self._sizes = {sp.Abs(u): names[u] for u in of_friction}
         self._flanks = {u: names[u] for u in of_flanks}
-        self._known_ways: dict[tuple[str, Kind, Point], dict[int, Vec]] = {}
+        self._cache_ways: dict[tuple[str, Kind, Point], dict[int, Vec]] = {}
         sizes = Vector("sizes", tuple(names.values()))
         self.loaded = (*self.inputs, sizes) if self._sizes else self.inputs
         self.balanced = (*self.inputs, sizes) if names else self.inputs
@@ -247,8 +247,12 @@ class Free:
         ]
 
     def _drawing_functions(self) -> tuple[ClosedForm, ...]:
+        stated = self.stated
         places = [
-            replace(step, source="derived: places") for step in list_places(self.stated, self.steps)
+            replace(step, source="derived: places")
+            for step in list_places(
+                stated, lambda point: self.steps.arm(stated.O, point, stated.world)
+            )
         ]
         return (self._form(PLACES, self.inputs, places, self.steps, PLACES),) if places else ()
 
@@ -450,17 +454,17 @@ class Free:
     def _matter_ways(self, body: Body, kind: Kind, at: Point) -> dict[int, Vec]:
         """Return slopes in the rates of a body's spin, or of its velocity at a point."""
         key = body.name, kind, at
-        if key not in self._known_ways:
+        if key not in self._cache_ways:
             motion, spins = self.steps, self.steps.spin_ways(body.frame)
             anchor, ways = self.stated.anchor(body), spins
             if kind == "force":
                 arm = motion.reach(anchor, at)
                 swept = {i: multiply_cross(spin, arm) for i, spin in spins.items()}
                 ways = add_slopes([motion.velocity_ways(anchor), swept])
-            self._known_ways[key] = {
+            self._cache_ways[key] = {
                 i: Vec(self.stated.world, way) for i, way in ways.items() if any(way)
             }
-        return self._known_ways[key]
+        return self._cache_ways[key]
 
     def _reaction_loads(self, speed: Expr) -> list[Action]:
         """Return forces and moments on bodies whose power at all rates is that of a unit force on

@@ -55,25 +55,30 @@ NEAR = 2
 """Offsets between two points that are added up; of points farther apart the places are subtracted."""
 
 
-def add(*vectors: Iterable[Expr]) -> Triple:
+def add_triples(*vectors: Iterable[Expr]) -> Triple:
     """Return the sum of some components."""
     x, y, z = (sp.Add(*parts) for parts in zip(*vectors, strict=True))
     return x, y, z
 
 
-def scale(factor: Expr, vector: Iterable[Expr]) -> Triple:
+def scale_triple(factor: Expr, vector: Iterable[Expr]) -> Triple:
     """Return a multiple of some components."""
     x, y, z = (factor * c for c in vector)
     return x, y, z
 
 
-def apply(rows: Rows, vector: Sequence[Expr]) -> Triple:
+def dot_product(first: Iterable[Expr], second: Iterable[Expr]) -> Expr:
+    """Return the scalar product of components."""
+    return sp.Add(*(a * b for a, b in zip(first, second, strict=True)))
+
+
+def multiply_rows(rows: Rows, vector: Sequence[Expr]) -> Triple:
     """Return a matrix times some components."""
-    x, y, z = (sp.Add(*(a * b for a, b in zip(row, vector, strict=True))) for row in rows)
+    x, y, z = (dot_product(row, vector) for row in rows)
     return x, y, z
 
 
-def transpose(rows: Rows) -> Rows:
+def transpose_rows(rows: Rows) -> Rows:
     """Return the rows of a matrix's transpose."""
     first, second, third = zip(*rows, strict=True)
     return first, second, third
@@ -84,7 +89,7 @@ def add_slopes(parts: Iterable[Slopes]) -> Slopes:
     total: Slopes = {}
     for part in parts:
         for i, way in part.items():
-            total[i] = add(total[i], way) if i in total else way
+            total[i] = add_triples(total[i], way) if i in total else way
     return total
 
 
@@ -125,12 +130,13 @@ class MotionSteps(Motion):
         self.steps: list[Let] = []
         self.coordinates, self.plain = coordinates, plain
         self._motion, self._names = motion, set(taken)
+        self._multiples: dict[Expr, tuple[Expr, Quantity]] = {}
         self._spin_ways: dict[Frame, Slopes] = {}
         self._velocity_ways: dict[Point, Slopes] = {}
         self._stretches: dict[Point, tuple[Triple, Triple]] = {}
         self._frames: dict[Frame, FrameSteps] = {}
         self._points: dict[Point, Triple] = {}
-        self._known: dict[tuple[str, object], Triple] = {}
+        self._cache: dict[tuple[str, object], Triple] = {}
         self._tensors: dict[tuple[Frame, tuple[Expr, ...]], Rows] = {}
         self._siblings: dict[tuple[Frame, int], list[tuple[Frame, set[Expr]]]] = {}
         self._turned: dict[tuple[Frame, int, Expr], Rows] = {}
@@ -140,7 +146,14 @@ class MotionSteps(Motion):
     # --- names ------------------------------------------------------------------------------------
 
     def name(self, stem: str, unit: str, expr: Expr) -> Expr:
-        """Return a symbol for an expression; numbers, symbols and their opposites need none."""
+        """Return a symbol for an expression; numbers, symbols and their opposites need none.
+
+        What is a fraction or a multiple of what has a name is written by that.
+        """
+        factor, rest = expr.as_coeff_Mul()
+        if factor.is_Rational and rest in self._multiples:
+            before, symbol = self._multiples[rest]
+            expr = factor / before * symbol
         if expr.is_Atom or (-expr).is_Symbol:
             return expr
         name = stem
@@ -148,7 +161,9 @@ class MotionSteps(Motion):
             name += "_"
         self._names.add(name)
         note = NOTES[stem.partition("_")[0]]
-        return self.define(Quantity(name, unit, note, f"derived: {note}"), expr, note)
+        symbol = self.define(Quantity(name, unit, note, f"derived: {note}"), expr, note)
+        self._multiples.setdefault(rest, (factor, symbol))
+        return symbol
 
     def define(self, symbol: Quantity, expr: Expr, note: str) -> Quantity:
         """Define a quantity by an expression, and return the quantity."""
@@ -198,8 +213,8 @@ class MotionSteps(Motion):
         return FrameSteps(
             parent,
             self._turn(root, axis, total, label),
-            _along(axis, speed[0]),
-            _along(axis, change[0]),
+            _place_on(axis, speed[0]),
+            _place_on(axis, change[0]),
             root,
             axis,
             total,
@@ -242,13 +257,13 @@ class MotionSteps(Motion):
         label, before = word(frame.name), self.frame(parent).rows
         inner = [tuple(turn.matrix().row(i)) for i in range(3)]
         if before != IDENTITY:
-            own = self._name_rows(f"Q_{label}", inner)
-            inner = [apply(transpose(own), row) for row in before]
+            columns = transpose_rows(self._name_rows(f"Q_{label}", inner))
+            inner = [multiply_rows(columns, row) for row in before]
         rows = self._name_rows(f"R_{label}", inner)
         speeds = self._differentiate((turn.scalar, *turn.vector))
         spin, change = (
-            self.write_plain(scale(S(2), (-turn * Quaternion(r[0], (r[1], r[2], r[3]))).vector))
-            for r in speeds
+            self.write_plain(2 * c for c in (-turn * Quaternion(w, (x, y, z))).vector)
+            for w, x, y, z in speeds
         )
         return FrameSteps(parent, rows, spin, change)
 
@@ -274,7 +289,7 @@ class MotionSteps(Motion):
     def spin_slopes(self, frame: Frame) -> Slopes:
         """Return the slopes of a frame's spin against its parent, in the world."""
         steps = self.frame(frame)
-        return {i: apply(steps.rows, way) for i, way in self._slopes(steps.spin).items()}
+        return {i: multiply_rows(steps.rows, way) for i, way in self._slopes(steps.spin).items()}
 
     def _slopes(self, speed: Triple) -> Slopes:
         rates = [coordinate.rate for coordinate in self.coordinates]
@@ -291,14 +306,16 @@ class MotionSteps(Motion):
 
     def to_world(self, vector: Vec) -> Triple:
         """Return the components of a vector along the axes of the world."""
-        return apply(self.frame(vector.frame).rows, vector.components)
+        return multiply_rows(self.frame(vector.frame).rows, vector.components)
 
     def resolve(self, vector: Vec, frame: Frame) -> Vec:
         """Return a vector by its components in a frame."""
         before, after = self.frame(vector.frame).rows, self.frame(frame).rows
         if before is after or before == after:
             return Vec(frame, vector.components)
-        return Vec(frame, apply(transpose(after), apply(before, vector.components)))
+        return Vec(
+            frame, multiply_rows(transpose_rows(after), multiply_rows(before, vector.components))
+        )
 
     @cached_property
     def world(self) -> Frame:
@@ -314,14 +331,14 @@ class MotionSteps(Motion):
         return self._know("dw", frame, self._find_turning)
 
     def _know(self, kind: str, key: object, find: Callable[..., Triple]) -> Triple:
-        if (kind, key) not in self._known:
-            self._known[kind, key] = find(key)
-        return self._known[kind, key]
+        if (kind, key) not in self._cache:
+            self._cache[kind, key] = find(key)
+        return self._cache[kind, key]
 
-    def _own_spin(self, frame: Frame) -> Triple:
+    def _find_relative_spin(self, frame: Frame) -> Triple:
         """Return the angular velocity against the parent, in the world."""
         steps = self.frame(frame)
-        expr = apply(steps.rows, steps.spin)
+        expr = multiply_rows(steps.rows, steps.spin)
         is_first = steps.parent is None or not any(self.spin(steps.parent).components)
         return self._name_node("w" if is_first else "e", frame, "rad/s", expr)
 
@@ -330,16 +347,17 @@ class MotionSteps(Motion):
         if parent is None:
             return NOTHING
         carried = self.spin(parent).components
-        total = add(carried, self._know("e", frame, self._own_spin))
+        total = add_triples(carried, self._know("e", frame, self._find_relative_spin))
         return self._name_node("w", frame, "rad/s", total)
 
     def _find_turning(self, frame: Frame) -> Triple:
         steps = self.frame(frame)
         if steps.parent is None:
             return NOTHING
-        own = self._know("e", frame, self._own_spin)
-        swept = multiply_cross(self.spin(steps.parent).components, own)
-        total = add(self.turning(steps.parent), swept, apply(steps.rows, steps.change))
+        relative = self._know("e", frame, self._find_relative_spin)
+        swept = multiply_cross(self.spin(steps.parent).components, relative)
+        change = multiply_rows(steps.rows, steps.change)
+        total = add_triples(self.turning(steps.parent), swept, change)
         return self._name_node("dw", frame, "rad/s2", total)
 
     # --- points -----------------------------------------------------------------------------------
@@ -369,7 +387,9 @@ class MotionSteps(Motion):
     def stretch_slopes(self, point: Point) -> Slopes:
         """Return the slopes of that motion, in the world."""
         rows = self.frame(self._offset(point).frame).rows
-        return {i: apply(rows, way) for i, way in self._slopes(self.stretch(point)[0]).items()}
+        return {
+            i: multiply_rows(rows, way) for i, way in self._slopes(self.stretch(point)[0]).items()
+        }
 
     def position(self, point: Point) -> Triple:
         """Return the place of a point [m] in the world."""
@@ -378,7 +398,7 @@ class MotionSteps(Motion):
     def _find_position(self, point: Point) -> Triple:
         if point.base is None:
             return NOTHING
-        total = add(self.position(point.base), self.offset(point))
+        total = add_triples(self.position(point.base), self.offset(point))
         return self._name_node("r", point, "m", total)
 
     def _swept(self, point: Point) -> Triple:
@@ -396,9 +416,9 @@ class MotionSteps(Motion):
             return NOTHING
         swept = self._know("u", point, self._swept)
         rows = self.frame(self._offset(point).frame).rows
-        stretch = apply(rows, self.stretch(point)[0])
+        stretch = multiply_rows(rows, self.stretch(point)[0])
         before = self.velocity(point.base, self.world).components
-        return self._name_node("v", point, "m/s", add(before, swept, stretch))
+        return self._name_node("v", point, "m/s", add_triples(before, swept, stretch))
 
     def acceleration(self, point: Point, frame: Frame) -> Vec:
         """Return the absolute acceleration of a point [m/s2] along the axes of a frame."""
@@ -409,12 +429,14 @@ class MotionSteps(Motion):
             return NOTHING
         frame = self._offset(point).frame
         rows, (once, twice) = self.frame(frame).rows, self.stretch(point)
-        relative = add(self._know("u", point, self._swept), scale(S(2), apply(rows, once)))
-        total = add(
+        relative = add_triples(
+            self._know("u", point, self._swept), scale_triple(S(2), multiply_rows(rows, once))
+        )
+        total = add_triples(
             self.acceleration(point.base, self.world).components,
             multiply_cross(self.turning(frame), self.offset(point)),
             multiply_cross(self.spin(frame).components, relative),
-            apply(rows, twice),
+            multiply_rows(rows, twice),
         )
         if names:
             pairs = zip(names, total, strict=True)
@@ -425,7 +447,7 @@ class MotionSteps(Motion):
     def name_accelerations(self, points: Iterable[tuple[Point, Sequence[Quantity]]]) -> None:
         """Define names for the accelerations of points; components that are zero have none."""
         for point, symbols in points:
-            self._known["a", point] = self._find_acceleration(point, symbols)
+            self._cache["a", point] = self._find_acceleration(point, symbols)
 
     def spin_ways(self, frame: Frame) -> Slopes:
         """Return the slopes of a frame's angular velocity in the rates, in the world."""
@@ -446,11 +468,6 @@ class MotionSteps(Motion):
             self._velocity_ways[point] = add_slopes(parts)
         return self._velocity_ways[point]
 
-    def place(self, start: Point, end: Point, frame: Frame) -> Vec:
-        """Return the same as `arm`, by the places of both points."""
-        way = add(self.position(end), scale(S.NegativeOne, self.position(start)))
-        return self.resolve(Vec(self.world, way), frame)
-
     def arm(self, start: Point, end: Point, frame: Frame) -> Vec:
         """Return the vector from one point to another [m] along the axes of a frame."""
         return self.resolve(Vec(self.world, self.reach(start, end)), frame)
@@ -461,9 +478,11 @@ class MotionSteps(Motion):
         forward = [p for p in after if p not in before]
         back = [p for p in before if p not in after]
         if len(forward) + len(back) > NEAR:
-            return add(self.position(end), scale(S.NegativeOne, self.position(start)))
-        behind = [scale(S.NegativeOne, self.offset(p)) for p in back]
-        return add(NOTHING, *(self.offset(p) for p in forward), *behind)
+            return add_triples(
+                self.position(end), scale_triple(S.NegativeOne, self.position(start))
+            )
+        behind = [scale_triple(S.NegativeOne, self.offset(p)) for p in back]
+        return add_triples(NOTHING, *(self.offset(p) for p in forward), *behind)
 
     # --- bodies -----------------------------------------------------------------------------------
 
@@ -471,15 +490,13 @@ class MotionSteps(Motion):
         """Return the centroidal inertia of a part [kg m2] along the axes of the world."""
         key = frame, part.inertia
         if key not in self._tensors:
-            rows, label = self.frame(frame).rows, word(frame.name)
-            carried = transpose(tuple(apply(part.tensor, row) for row in rows))  # type: ignore[arg-type]
+            rows = self.frame(frame).rows
+            carried = [multiply_rows(part.tensor, row) for row in rows]
             entries: dict[tuple[int, int], Expr] = {}
-            for i, row in enumerate(rows):
-                for j in range(i, 3):
-                    column = [carried[n][j] for n in range(3)]
-                    entry = sp.Add(*(a * b for a, b in zip(row, column, strict=True)))
-                    stem = f"I_{label}_{AXES[i]}{AXES[j]}"
-                    entries[i, j] = entries[j, i] = self.name(stem, "kg m2", entry)
+            for i, j in ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)):
+                stem = f"I_{word(frame.name)}_{AXES[i]}{AXES[j]}"
+                entry = self.name(stem, "kg m2", dot_product(rows[i], carried[j]))
+                entries[i, j] = entries[j, i] = entry
             x, y, z = ((entries[i, 0], entries[i, 1], entries[i, 2]) for i in range(3))
             self._tensors[key] = x, y, z
         return self._tensors[key]
@@ -488,7 +505,10 @@ class MotionSteps(Motion):
         """Return the angular momentum of a part about its centroid [kg m2/s], in the world."""
 
         def find(_: object) -> Triple:
-            momentum = apply(self.tensor(part, frame), self.spin(frame).components)
+            spin = self.spin(frame).components
+            momentum = multiply_rows(self.tensor(part, frame), spin)
+            if spin[:2] == (0, 0):  # in the plane it is needed but once
+                return momentum
             return self._name_node("L", frame, "kg m2/s", momentum)
 
         return Vec(self.world, self._know("L", (frame, part.inertia), find))
@@ -497,7 +517,10 @@ class MotionSteps(Motion):
         """Return the rate of that [N m]."""
         momentum = self.angular_momentum(part, frame).components
         swept = multiply_cross(self.spin(frame).components, momentum)
-        return Vec(self.world, add(apply(self.tensor(part, frame), self.turning(frame)), swept))
+        return Vec(
+            self.world,
+            add_triples(multiply_rows(self.tensor(part, frame), self.turning(frame)), swept),
+        )
 
     # --- loads ------------------------------------------------------------------------------------
 
@@ -508,53 +531,36 @@ class MotionSteps(Motion):
         of each coordinate: what acts on a point acts on its base, and turns the frame between them.
         """
         power: list[list[Expr]] = [[] for _ in self.coordinates]
-        for point in self._order_back(forces, lambda point: point.base):
+        carriers = dict.fromkeys(base for point in forces for base in point.chain())
+        for point in reversed(carriers):
             if point.base is None:
                 continue
-            name = word(point.name)
-            force = self.name_all(f"f_{name}", "N", add(*forces[point]))
+            force = self._name_node("f", point, "N", add_triples(*forces[point]))
+            turned = multiply_cross(self.offset(point), force)
             forces.setdefault(point.base, []).append(force)
-            moments.setdefault(self._offset(point).frame, []).append(
-                multiply_cross(self.offset(point), force)
-            )
+            moments.setdefault(self._offset(point).frame, []).append(turned)
             for i, way in self.stretch_slopes(point).items():
-                power[i].append(_dot(way, force))
-        for frame in self._order_back(moments, lambda frame: self.frame(frame).parent):
+                power[i].append(dot_product(way, force))
+        turning = dict.fromkeys(parent for frame in moments for parent in self.chain(frame))
+        for frame in reversed(turning):
             parent = self.frame(frame).parent
             if parent is None:
                 continue
-            name = word(frame.name)
-            load = add(*moments[frame])
-            moment = self.name_all(f"n_{name}", "N m", load)
+            moment = self._name_node("n", frame, "N m", add_triples(*moments[frame]))
             moments.setdefault(parent, []).append(moment)
             for i, way in self.spin_slopes(frame).items():
-                power[i].append(_dot(way, moment))
+                power[i].append(dot_product(way, moment))
         return [sp.Add(*parts) for parts in power]
 
-    @staticmethod
-    def _order_back(loaded: Iterable[object], step: Callable[..., object]) -> list:  # type: ignore[type-arg]
-        """Return what is loaded and all that carries it, before what it is carried by."""
-        depths: dict[object, int] = {}
-
-        def find_depth(node: object) -> int:
-            if node is None:
-                return 0
-            if node not in depths:
-                depths[node] = 1 + find_depth(step(node))
-            return depths[node]
-
-        for node in loaded:
-            find_depth(node)
-        return sorted(depths, key=lambda node: -depths[node])
+    def chain(self, frame: Frame) -> list[Frame]:
+        """Return the frames from the world to one."""
+        parent = self.frame(frame).parent
+        return [frame] if parent is None else [*self.chain(parent), frame]
 
 
-def _along(axis: int, size: Expr) -> Triple:
+def _place_on(axis: int, size: Expr) -> Triple:
     x, y, z = (size if i == axis else S.Zero for i in range(3))
     return x, y, z
-
-
-def _dot(first: Sequence[Expr], second: Sequence[Expr]) -> Expr:
-    return sp.Add(*(a * b for a, b in zip(first, second, strict=True)))
 
 
 def _terms(angle: Expr) -> set[Expr]:

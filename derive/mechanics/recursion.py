@@ -20,7 +20,16 @@ from sympy import Expr, S
 from ..quantity import word
 from .bodies import Action, Body
 from .frames import Frame, Point, Triple, Vec, multiply_cross
-from .motion_steps import GIVEN, NOTHING, MotionSteps, Slopes, add, add_slopes, scale
+from .motion_steps import (
+    GIVEN,
+    NOTHING,
+    MotionSteps,
+    Slopes,
+    add_slopes,
+    add_triples,
+    dot_product,
+    scale_triple,
+)
 from .statement import Statement
 
 Six = tuple[Expr, ...]
@@ -32,7 +41,7 @@ SIX = ("rx", "ry", "rz", "x", "y", "z")
 
 
 class Loads:
-    """What acts on bodies in the steps of a motion: given actions, weights and inertia."""
+    """The loads of bodies in the steps of a motion: given actions, weights and inertia."""
 
     def __init__(self, stated: Statement, motion: MotionSteps, actions: Sequence[Action]) -> None:
         self.stated, self.motion, self._actions = stated, motion, actions
@@ -65,20 +74,20 @@ class Loads:
         motion, gravity = self.motion, self.stated.assembly.gravity
         moments, forces = [NOTHING], [NOTHING]
         for number, part in enumerate(body.parts, 1):
-            fall = scale(S.NegativeOne, motion.to_world(gravity))
-            rise = add(motion.acceleration(part.centroid, motion.world).components, fall)
+            fall = scale_triple(S.NegativeOne, motion.to_world(gravity))
+            rise = add_triples(motion.acceleration(part.centroid, motion.world).components, fall)
             label = f"i_{word(body.name)}" + (f"_{number}" if number > 1 else "")
-            force = motion.name_all(label, "N", scale(part.mass, rise))
+            force = motion.name_all(label, "N", scale_triple(part.mass, rise))
             moments.append(motion.momentum_rate(part, body.frame).components)
             moments.append(multiply_cross(motion.reach(at, part.centroid), force))
             forces.append(force)
         for action, (force, moment) in zip(self._actions, self._pushes, strict=True):
             if sign := -action.sign(body):
-                moments.append(scale(sp.Integer(sign), moment))
+                moments.append(scale_triple(sp.Integer(sign), moment))
                 arm = motion.reach(at, action.at) if any(force) else NOTHING
-                moments.append(scale(sp.Integer(sign), multiply_cross(arm, force)))
-                forces.append(scale(sp.Integer(sign), force))
-        return add(*moments), add(*forces)
+                moments.append(scale_triple(sp.Integer(sign), multiply_cross(arm, force)))
+                forces.append(scale_triple(sp.Integer(sign), force))
+        return add_triples(*moments), add_triples(*forces)
 
     def find_residuals(self) -> list[Expr]:
         """Return the virtual power of all loads on the rate of each coordinate."""
@@ -123,9 +132,9 @@ class Tree:
             at = self._climb(loads.stated.anchor(body), base)
             self._by_place.setdefault((at, base), Link([], at)).bodies.append(body)
         places = self._by_place.items()
-        found = [self._find_before(link, base) for (_, base), link in places]
+        are_moved = [self._find_before(link, base) for (_, base), link in places]
         owned = sorted(i for link in self._by_place.values() for i in link.ways)
-        self.links = self._order() if all(found) and owned == list(range(count)) else None
+        self.links = self._order() if all(are_moved) and owned == list(range(count)) else None
 
     def _climb(self, point: Point, base: Frame) -> Point:
         """Return the point nearest to the origin against which one is fixed in a frame."""
@@ -136,21 +145,22 @@ class Tree:
         return point
 
     def _find_carrier(self, link: Link, point: Point) -> tuple[Link, Frame] | None:
-        """Return the link in which a point is fixed, with its frame: the one that turns its offset
-        if there is one, else one that is stated earlier.
+        """Return the link in which a point is fixed, with its frame: of those that turn its offset
+        or are stated earlier the one nearest to the link.
         """
         if point.offset is None:
             return None
-        is_earlier, turning = True, self._motion.base(point.offset.frame)
-        chosen = None
+        motion, turning = self._motion, self._motion.base(point.offset.frame)
+        above = [motion.base(frame) for frame in motion.chain(link.bodies[0].frame)]
+        best, carrier, is_earlier = (-1, False), None, True
         for (at, base), other in self._by_place.items():
             is_earlier = is_earlier and other is not link
-            if other is link or self._climb(point, base) != at:
+            rank = above.index(base) if base in above else 0, base == turning
+            if other is link or not (is_earlier or base == turning) or rank <= best:
                 continue
-            if base == turning:
-                return other, base
-            chosen = (other, base) if is_earlier and chosen is None else chosen
-        return chosen
+            if self._climb(point, base) == at:
+                best, carrier = rank, (other, base)
+        return carrier
 
     def _climb_frames(self, frame: Frame, end: Frame | None) -> tuple[list[Frame], bool]:
         """Return the frames from one up to the base of another, and whether it is reached."""
@@ -192,7 +202,7 @@ class Tree:
             if is_carried and not link.moves:
                 return False
         velocity = add_slopes(speeds)
-        link.reach = add(NOTHING, *reach)
+        link.reach = add_triples(NOTHING, *reach)
         for i in sorted(spins.keys() | velocity.keys()):
             link.ways[i] = (*spins.get(i, NOTHING), *velocity.get(i, NOTHING))
         return True
@@ -253,7 +263,7 @@ class ArticulatedInertias:
             change = self._name_six(f"h_{self._label(link)}", ("rad/s2", "m/s2"), change)
             for i, way, share, size in reversed(eliminated[n]):
                 symbol = self._motion.coordinates[i].acceleration
-                solved[i] = self._motion.define(symbol, size - _product(share, change), GIVEN)
+                solved[i] = self._motion.define(symbol, size - dot_product(share, change), GIVEN)
                 change = _plus(change, tuple(w * solved[i] for w in way))
             stem = f"g_{self._label(link)}"
             changes.append(self._name_six(stem, ("rad/s2", "m/s2"), change))
@@ -314,16 +324,16 @@ class ArticulatedInertias:
         """Return inertia and load with a coordinate free, and what its acceleration follows from:
         its place, its way, its share of the link's acceleration, and what it is without that.
         """
-        symbol, of = (
+        symbol, name = (
             self._motion.coordinates[i].acceleration,
             str(self._motion.coordinates[i].value),
         )
         units = ("kg m2", "kg m") if symbol.unit == "rad/s2" else ("kg m", "kg")
-        moved = [_product(row, way) for row in inertia]
-        carried = self._name_six(f"U_{of}", units, moved)
-        pivot = self._motion.name(f"D_{of}", units[0], _product(way, carried))
-        shares = self._name_six(f"S_{of}", ("1", "1"), tuple(c / pivot for c in carried))
-        size = self._motion.name(f"s_{of}", symbol.unit, -_product(way, load) / pivot)
+        moved = [dot_product(row, way) for row in inertia]
+        carried = self._name_six(f"U_{name}", units, moved)
+        pivot = self._motion.name(f"D_{name}", units[0], dot_product(way, carried))
+        shares = self._name_six(f"S_{name}", ("1", "1"), tuple(c / pivot for c in carried))
+        size = self._motion.name(f"s_{name}", symbol.unit, -dot_product(way, load) / pivot)
         left = [[S.Zero] * 6 for _ in range(6)]
         for a, b in _list_entries():
             share = carried[b] * shares[a] if shares[a] == 1 else carried[a] * shares[b]
@@ -384,10 +394,6 @@ def _find_axis(way: Six) -> int | None:
 def _list_entries() -> Iterator[tuple[int, int]]:
     """Yield the places of a symmetric matrix's upper half."""
     return ((a, b) for a in range(6) for b in range(a, 6))
-
-
-def _product(first: Sequence[Expr], second: Sequence[Expr]) -> Expr:
-    return sp.Add(*(a * b for a, b in zip(first, second, strict=True)))
 
 
 def _plus(first: Six, second: Six) -> Six:

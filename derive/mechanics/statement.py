@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from difflib import get_close_matches
 
 import sympy as sp
@@ -470,13 +470,15 @@ def _consistent(equation: Equation) -> Equation:
     return equation
 
 
-def list_places(stated: Statement, motion: Motion) -> list[Let]:
-    """Return ``x_BODY__POINT`` and its like [m] for each body and each of its points."""
+def list_places(stated: Statement, locate: Callable[[Point], Vec]) -> list[Let]:
+    """Return ``x_BODY__POINT`` and its like [m] for each body and each of its points, which are
+    located in the world.
+    """
     return [
         step
         for body in stated.assembly.bodies
         for point in _points(stated, body)
-        for step in _place(stated, motion, body, point)
+        for step in _place(stated.axes, locate(point), body, point)
     ]
 
 
@@ -490,10 +492,9 @@ def _points(stated: Statement, body: Body) -> Iterator[Point]:
     yield from dict.fromkeys([*acting, *(part.centroid for part in body.parts)])
 
 
-def _place(stated: Statement, motion: Motion, body: Body, point: Point) -> list[Let]:
-    at = motion.place(stated.O, point, stated.world)
+def _place(axes: Sequence[str], at: Vec, body: Body, point: Point) -> list[Let]:
     name = f"{word(body.name)}__{word(point.name)}"
     return [
         let(quantity(f"{axis}_{name}", "m", f"{point.name} of {body}, {axis}"), component)
-        for axis, component in zip(stated.axes, at.components, strict=False)
+        for axis, component in zip(axes, at.components, strict=False)
     ]

@@ -284,8 +284,8 @@ def diff(
     """
     console = Console(as_json)
     with console.outcome():
-        from planter.cli.comparison import ComparisonOptions, compare_machines
-        from planter.cli.comparison_presentation import present_comparison
+        from planter.cli.comparison_page import present_comparison
+        from planter.cli.machine_comparison import ComparisonOptions, compare_machines
 
         options = ComparisonOptions(
             parse_changes(set_), speed_rpm, model.value, hold or (), quantity or ()

@@ -154,7 +154,7 @@ class Cycles:
         if stacked.kernel.loop is None:
             raise NotPrintableError(f"{stacked.kernel.function.name()} is not evaluated in lanes")
         (fix,) = toolchain.load_functions(
-            backends.build_casadi_library(fixed.work), fixed.function.name()
+            backends.build_library(fixed.work, "casadi-c"), fixed.function.name()
         )
         text = resources.files(__package__).joinpath("cycles.c").read_text(encoding="utf-8")
         path = toolchain.build_library("cycles", text, toolchain.loop_flags(toolchain.OPTIMISED))

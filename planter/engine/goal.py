@@ -159,8 +159,8 @@ class MeasureCurves:
         worked = [m.name for m in spans if self._is_power(m)]
         names = [m.name for m in spans if m.name not in worked or not self._is_power(m)]
         self.worked, self.names = list(dict.fromkeys(worked)), list(dict.fromkeys(names))
-        held = [condition for m in spans for condition in list_conditions(machine, m)]
-        self.conditions = list(dict.fromkeys(held))
+        conditions = [each for m in spans for each in list_conditions(machine, m)]
+        self.conditions = list(dict.fromkeys(conditions))
 
     def _is_power(self, measure: Measure) -> bool:
         return measure.kind == "work" and self.machine.find_quantity(measure.name).unit != "N m"
@@ -233,20 +233,13 @@ class MeasureCurves:
         size.
         """
         if not _is_span(measure):
-            return (
-                float(
-                    np.abs(
-                        NodeMeasure(self.machine, measure).nodes(self.machine.design).values
-                    ).max()
-                )
-                or 1.0
-            )
+            return abs(NodeMeasure(self.machine, measure).value(self.machine.design)) or 1.0
         factor = self.machine.find_quantity(measure.name).factor
         return float(find_spreads(self.curves)[self._find_row(measure)]) / factor
 
     def _find_conditions(self, measure: Measure) -> tuple[int, ...]:
-        held = list_conditions(self.machine, measure)
-        return tuple(self.conditions.index(condition) for condition in held)
+        conditions = list_conditions(self.machine, measure)
+        return tuple(map(self.conditions.index, conditions))
 
     def _find_row(self, measure: Measure) -> int:
         if self._is_power(measure):

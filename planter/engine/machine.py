@@ -670,7 +670,7 @@ def _is_symmetric(total: ca.Function) -> bool:
     return abs(value - exchanged) <= 1e-12 * abs(value)
 
 
-def load_machine(
+def load_driven_machine(
     source: str,
     changes: Mapping[str, float] | None = None,
     speed_rpm: float | None = None,
@@ -678,19 +678,19 @@ def load_machine(
 ) -> Machine:
     """Return the machine of a file, or of a built-in name, that an angle drives.
 
-    Raises InputError as `load_any_machine`, and for one that moves freely.
+    Raises InputError as `load_machine`, and for one that moves freely.
 
-    >>> load_machine("wang2017", {"R3_mm": 31.0}).name
+    >>> load_driven_machine("wang2017", {"R3_mm": 31.0}).name
     'wang2017'
     """
-    machine = load_any_machine(source, changes, speed_rpm, **choices)
+    machine = load_machine(source, changes, speed_rpm, **choices)
     if machine.motion is not None:
         message = f"no angle drives {machine.name}; run `planter move` for its free motion"
         raise InputError(f"{source}: {message}")
     return machine
 
 
-def load_any_machine(
+def load_machine(
     source: str,
     changes: Mapping[str, float] | None = None,
     speed_rpm: float | None = None,

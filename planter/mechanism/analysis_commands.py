@@ -47,10 +47,10 @@ def open_machine(
 
     Raises InputError as `planter.engine.machine.load_machine`.
     """
-    from planter.engine.machine import load_any_machine, load_machine
+    from planter.engine.machine import load_driven_machine, load_machine
 
     choices = {} if model is ModelName.exact else {"model": model.value}
-    load = load_any_machine if may_move else load_machine
+    load = load_machine if may_move else load_driven_machine
     return load(source, parse_changes(set_), speed_rpm, **choices)
 
 

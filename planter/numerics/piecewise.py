@@ -8,6 +8,7 @@ import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.polynomial import chebyshev
@@ -152,40 +153,25 @@ class PiecewiseFunctions:
     def _evaluate(self, pending: tuple[Integers, Array, Array]) -> _Panels:
         owner, low, high = pending
         angles, weights = _place_nodes(self._edges, owner, low, high)
-        values, slopes = self.functions(angles.ravel())
-        shape = (len(values), *angles.shape)
-        return _Panels(
-            owner, low, high, angles, weights, values.reshape(shape), slopes.reshape(shape)
-        )
+        rows = [part.reshape(-1, *angles.shape) for part in self.functions(angles.ravel())]
+        ends = owner[:, None], low[:, None], high[:, None]
+        return _Panels(*ends, angles, weights, *rows)
 
     def _collect(self, accepted: Sequence[_Panels], turn: float) -> None:
         """Set nodes (n,), weights of sum 1, values and slopes (k, n) in their order, and limits at
         ends of pieces.
         """
-        order = np.lexsort(
-            [
-                np.concatenate([panels.low for panels in accepted]),
-                np.concatenate([panels.owner for panels in accepted]),
-            ]
-        )
-        owner = np.concatenate([panels.owner for panels in accepted])[order]
-        angles, weights = (
-            np.concatenate([getattr(panels, name) for panels in accepted])[order]
-            for name in ("angles", "weights")
-        )
-        values, slopes = (
-            np.concatenate([getattr(panels, name) for panels in accepted], axis=1)[:, order]
-            for name in ("values", "slopes")
-        )
+        panels = _Panels(*(np.concatenate(parts, axis=-2) for parts in zip(*accepted, strict=True)))
+        panels = panels.select(np.lexsort([panels.low[:, 0], panels.owner[:, 0]]))
+        owner, values, slopes = panels.owner[:, 0], panels.values, panels.slopes
         begin, end = self._edges[:-1], self._edges[1:]
         offsets = np.minimum(ONE_SIDED_OFFSET, ONE_SIDED_OFFSET**0.5 * (end - begin))
         side_angles = np.concatenate([begin + offsets, end - offsets])
         side_values, side_slopes = self.functions(side_angles)
         pieces = np.arange(len(begin))
         first, last = np.searchsorted(owner, pieces), np.searchsorted(owner, pieces, "right") - 1
-        series = np.append(
-            _extrapolate(values[:, first], -1), _extrapolate(values[:, last], 1), axis=1
-        )
+        ends = _extrapolate(values[:, first], -1), _extrapolate(values[:, last], 1)
+        series = np.append(*ends, axis=1)
         linear = side_values + side_slopes * np.append(-offsets, offsets)
         limits = np.where(np.abs(series - linear) <= CONSISTENT * np.abs(series), linear, series)
         rounding = np.finfo(float).eps * np.abs(series).max(axis=1, keepdims=True)
@@ -195,14 +181,11 @@ class PiecewiseFunctions:
         side_values = np.where(np.isfinite(side_values), side_values, limits)
         nearest = np.append(slopes[:, first, 0], slopes[:, last, -1], axis=1)
         side_slopes = np.where(np.isfinite(side_slopes), side_slopes, nearest)
-        all_angles = np.concatenate([angles.ravel(), side_angles])
-        places = np.lexsort(
-            [all_angles, owners := np.concatenate([np.repeat(owner, NODES), pieces, pieces])]
-        )
-        self.nodes, self.owner = all_angles[places], owners[places]
-        self.weights = (np.concatenate([weights.ravel(), np.zeros(len(side_angles))]) / turn)[
-            places
-        ]
+        angles = np.append(panels.angles.ravel(), side_angles)
+        owners = np.concatenate([np.repeat(owner, NODES), pieces, pieces])
+        weights = np.append(panels.weights.ravel(), np.zeros(len(side_angles))) / turn
+        places = np.lexsort([angles, owners])
+        self.nodes, self.owner, self.weights = angles[places], owners[places], weights[places]
         self.values = np.append(values.reshape(len(values), -1), side_values, axis=1)[:, places]
         self.slopes = np.append(slopes.reshape(len(values), -1), side_slopes, axis=1)[:, places]
         self.slopes[~np.isfinite(self.slopes)] = 0.0
@@ -315,10 +298,9 @@ def _place_nodes(edges: Array, owner: Integers, low: Array, high: Array) -> tupl
     return angles, 6 * (end - begin) * v * (1 - v) * weights * (high - low)[:, None] / 2
 
 
-@dataclass(frozen=True)
-class _Panels:
-    """Panels (m,) of pieces: ends in v, angles and weights (m, n) of their nodes, values and slopes
-    (k, m, n).
+class _Panels(NamedTuple):
+    """Panels (m, ...) of pieces: owners and ends in v (m, 1), angles and weights (m, n) of their
+    nodes, values and slopes (k, m, n).
     """
 
     owner: Integers
@@ -329,22 +311,16 @@ class _Panels:
     values: Array
     slopes: Array
 
-    def select(self, index: Flags) -> _Panels:
+    def select(self, index: Flags | Integers) -> _Panels:
         """Return some of the panels."""
-        return _Panels(
-            self.owner[index],
-            self.low[index],
-            self.high[index],
-            self.angles[index],
-            self.weights[index],
-            self.values[:, index],
-            self.slopes[:, index],
-        )
+        parts: list[Any] = [part[..., index, :] for part in self]
+        return _Panels(*parts)
 
     def halve(self) -> tuple[Integers, Array, Array]:
         """Return owners and ends of both halves of all panels."""
-        middle = (self.low + self.high) / 2
-        return np.tile(self.owner, 2), np.append(self.low, middle), np.append(middle, self.high)
+        low, high = self.low[:, 0], self.high[:, 0]
+        middle = (low + high) / 2
+        return np.tile(self.owner[:, 0], 2), np.append(low, middle), np.append(middle, high)
 
 
 @cache

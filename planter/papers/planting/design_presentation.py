@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from planter import paths
 from planter.engine.outputs import evaluate_many
 from planter.engine.solvers.curve_sum import Sampling
 from planter.engine.solvers.response import list_breakpoints
 from planter.files import units
-from planter.files.document import format_lines
 from planter.measured.sensor_presentation import (
     CAPTION,
     FIGURE,
@@ -23,7 +20,7 @@ from planter.measured.sensor_presentation import (
 from planter.mechanism.presentation import (
     CLOSEST_FILE,
     OPTIMUM_FILE,
-    SET_ORIGIN,
+    format_design_file,
 )
 from planter.papers.planting.design_results import (
     DesignersSummary,
@@ -114,8 +111,8 @@ SCORES = ("objective", "range_N", "variance_N2")
 """Keys of `FORCE_ROWS` that designs are compared by."""
 BOUNDS = ("lower", "upper", "origin")
 """Columns of a design for which a terminal is too narrow."""
-ROUNDING = 1e-15
-"""Relative difference that conversion to SI units and back causes."""
+SAMPLES = "objective.samples"
+"""Path of the number of samples of a search."""
 
 
 def present_optimum(optimisation: Optimisation, device: Device) -> ResultPresentation:
@@ -200,7 +197,7 @@ def write_partial(
         else f"closest design, {device.model} model"
     )
     head = [
-        f"# The machine {json.dumps(device.machine.name)} with {title}, by planter {__version__}: "
+        f"The machine {json.dumps(device.machine.name)} with {title}, by planter {__version__}: "
         f"{method}."
     ]
     text = _format_design_file(device.machine, partial["design"], method, head)
@@ -490,9 +487,9 @@ def format_optimum_file(
         "true extremes and integrals" if sampling == "refined" else f"{sampling} samples"
     )
     head = [
-        f"# The machine {json.dumps(machine.name)} with its design optimised by planter "
+        f"The machine {json.dumps(machine.name)} with its design optimised by planter "
         f"{__version__}: {method}.",
-        f"# Objective {result.objective!r}, before {result.start_objective!r}. Comments give the "
+        f"Objective {result.objective!r}, before {result.start_objective!r}. Comments give the "
         f"values before.",
     ]
     if result.teeth is not None:
@@ -500,7 +497,7 @@ def format_optimum_file(
             f"stage {stage.stage} has {stage.z} teeth of {stage.module_mm:.12g} mm"
             for stage in result.teeth.stages
         )
-        head.append(f"# Integer tooth numbers: {', '.join(stages)}.")
+        head.append(f"Integer tooth numbers: {', '.join(stages)}.")
     return _format_design_file(machine, result.design, method, head, sampling)
 
 
@@ -514,42 +511,14 @@ def _format_design_file(
     """Return a machine file (TOML) with another design; `method` says how it was found, `head` are
     comments.
     """
-    numbers, table = machine.numbers(), machine.table()
-    table["design"] = {
-        name: _restore_digits(machine, name, value) for name, value in design.items()
-    }
-    if sampling != "refined":
-        table["objective"]["samples"] = int(sampling)
-    optimised = PlantingMachine.read(table, machine.source).numbers()
-    previous = {path: numbers[path] for path, value in optimised.items() if value != numbers[path]}
-    table["origin"] = _list_origins(machine, previous, method)
-    notes = {
-        path: f"was {' '.join((repr(value), units.display_unit(path))).rstrip()}"
-        for path, value in previous.items()
-    }
-    return "\n".join([*head, "", *format_lines(table, notes)]) + "\n"
-
-
-def _restore_digits(machine: PlantingMachine, name: str, value: float) -> float:
-    """Return a design value without the last digits that conversion to SI units changes, and within
-    its bounds.
-    """
-    start, (lower, upper) = machine.design[name], machine.bounds[name]
-    return start if math.isclose(value, start, rel_tol=ROUNDING) else min(max(value, lower), upper)
-
-
-def _list_origins(
-    machine: PlantingMachine, previous: Mapping[str, float], method: str
-) -> dict[str, str]:
-    """Return the origins in the file, with new ones for numbers that changed or were set on the
-    command line.
-    """
-    changed = dict.fromkeys((*machine.changed, *previous), SET_ORIGIN)
-    changed |= dict.fromkeys(
-        (path for path in previous if path.startswith("design.")), f"optimised ({method})"
-    )
-    renamed = set(changed) | {paths.last_part(path) for path in changed}
-    return {name: words for name, words in machine.origins.items() if name not in renamed} | changed
+    own = ("refined", machine.objective.samples)
+    searched = machine.with_numbers({} if sampling in own else {SAMPLES: float(sampling)})
+    values = {}
+    for name, value in design.items():
+        lower, upper = machine.bounds[name]
+        values[f"design.{name}"] = min(max(float(f"{value:.15g}"), lower), upper)
+    before = {path: machine.numbers()[path] for path in values}
+    return format_design_file(searched.with_numbers(values), before, head, f"optimised ({method})")
 
 
 def animate(device: Device, x: Array, start: Array | None = None) -> MotionBlock:

@@ -17,17 +17,17 @@ from planter.papers.planting.results import SampledScore, TrueExtremes
 
 
 def build_problem(
-    device: Device, sampling: Sampling = "refined", constraints: Constraints | None = None
+    device: Device, sampling: Sampling = "refined", *constraints: Constraints | None
 ) -> DesignProblem:
     """Return the problem of the sum of measures in the machine file, over true extremes and
-    integrals, or that many samples, under constraints if any.
+    integrals, or that many samples, under what constraints there are.
 
     Parameters are searched in shares of the machine file's bounds.
     """
     machine = device.force.machine
     terms = [measure for measure in machine.objective if measure.weight]
     goal = Goal(machine, terms, (), None if sampling == "refined" else sampling)
-    return DesignProblem(goal, sampling, [] if constraints is None else [constraints])
+    return DesignProblem(goal, sampling, [part for part in constraints if part is not None])
 
 
 DENSE = np.linspace(0, 2 * np.pi, 721)

@@ -1,5 +1,5 @@
-"""An unchanged equation is not judged twice: keys of findings, and what is judged again when
-something changes.
+"""An unchanged paper is not judged twice: keys of findings, and what is judged again when something
+changes.
 """
 
 from __future__ import annotations

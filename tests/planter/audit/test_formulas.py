@@ -192,9 +192,7 @@ def test_spur_contact_ratio_equals_textbook() -> None:
     base, tip = 20 * np.cos(np.radians(20)), 22.0
     length = 2 * (np.sqrt(tip**2 - base**2) - 20 * np.sin(np.radians(20)))
     expected = length / (2 * np.pi * np.cos(np.radians(20)))
-    assert pickup.helical_contact_ratio(Inputs(inputs, {}, {})) == pytest.approx(
-        expected, rel=1e-9
-    )
+    assert pickup.helical_contact_ratio(Inputs(inputs, {}, {})) == pytest.approx(expected, rel=1e-9)
 
 
 def test_printed_centre_and_foci_are_compared_with_the_path() -> None:

@@ -11,8 +11,8 @@ from typing import Any
 
 import pytest
 
-from planter.cli.comparison import ComparedDesign, ComparisonOptions, compare_machines
-from planter.cli.comparison_presentation import draw_comparison
+from planter.cli.comparison_page import draw_comparison
+from planter.cli.machine_comparison import ComparedDesign, ComparisonOptions, compare_machines
 from planter.cli.results import ComparedCurve
 from planter.engine.machine import load_machine
 from planter.engine.measures import parse_limit

@@ -256,8 +256,8 @@ def test_drawn_dimensions_equal_file_values(source: str) -> None:
 
 def test_drawn_device_dimensions_equal_simulation() -> None:
     (at,) = answer("simulate", "wang2017", "--samples", "36", "--at", "40")["at"]
-    drawn = sheets("wang2017")
-    sizes = measured(drawn[:2])
+    device_sheets = sheets("wang2017")
+    sizes = measured(device_sheets[:2])
     for name, column in (
         ("phi52", "phi52_deg"),
         ("phi72", "phi72_deg"),
@@ -265,7 +265,7 @@ def test_drawn_device_dimensions_equal_simulation() -> None:
         ("phi_deg", "phi_deg"),
     ):
         assert sizes[name] == pytest.approx(abs(at[column]), rel=1e-9)
-    spots = {mark.names[0]: mark.at for mark in drawn[1].marks if isinstance(mark, Spot)}
+    spots = {mark.names[0]: mark.at for mark in device_sheets[1].marks if isinstance(mark, Spot)}
     assert spots["x_tip"] == pytest.approx([at["tip_x_mm"], at["tip_y_mm"]], rel=1e-9)
 
 

@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from planter import CallError, OutputBatch, evaluate_many, load_mechanism
+from planter import CallError, OutputBatch, evaluate_many, load_machine
 from planter.engine.goal import Goal, resolve_measure
 from planter.engine.machine import Machine
 from planter.engine.measures import parse_sum
@@ -32,7 +32,7 @@ ANGLES = 36
 @pytest.fixture(autouse=True)
 def plain_kernels(monkeypatch: pytest.MonkeyPatch) -> None:
     """Compile nothing: rows are few here."""
-    monkeypatch.setattr(backends, "select_fastest", backends.build_virtual_machine)
+    monkeypatch.setattr(backends, "select_fastest", backends.VirtualMachine)
 
 
 def slider_crank() -> Machine:
@@ -183,7 +183,7 @@ BATCH = ("M_in_rms_Nm", "F_Ox_max_N")
 
 
 def bounded_crank() -> Machine:
-    return load_mechanism(str(own.generated("slider_crank") / "slider_crank.toml"))
+    return load_machine(str(own.generated("slider_crank") / "slider_crank.toml"))
 
 
 def test_many_designs_have_exact_gradients_in_si() -> None:

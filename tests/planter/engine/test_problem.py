@@ -12,7 +12,6 @@ from planter.engine.problem import DesignProblem, build_problem
 from planter.engine.search import InterruptedSearch, SearchSpec, minimise
 from planter.engine.solvers.curve_sum import Sampling
 from planter.engine.solvers.local_search import sample_starts, search_locally
-from planter.engine.solvers.optimiser import Method
 from planter.errors import InputError
 from planter.mechanism.optimisation import optimise_machine
 from planter.progress import Progress
@@ -89,7 +88,7 @@ def test_optimum_under_a_limit_has_its_price(limit: str) -> None:
 
 
 def test_limits_are_satisfied_between_nodes(arm: Machine) -> None:
-    """The limit binds at a true extreme; its price is that of a limit that is moved."""
+    """The limit binds at a true extreme."""
     limit = "min F_Oy >= -4.2"
     free, bound = (
         optimise_machine(arm, "range F_Ox", holds, SearchSpec(starts=2)) for holds in ([], [limit])
@@ -97,10 +96,6 @@ def test_limits_are_satisfied_between_nodes(arm: Machine) -> None:
     peaks = [evaluate_measure(f.machine, Measure("min", "F_Oy")) for f in (free, bound)]
     assert peaks[0] < -4.5
     assert peaks[1] == pytest.approx(-4.2, abs=1e-6)
-    (price,) = bound.result.certificate.active_constraints
-    moved = optimise_machine(arm, "range F_Ox", ["min F_Oy >= -4.201"], SearchSpec(starts=1))
-    change = (bound.result.objective - moved.result.objective) / 1e-3
-    assert change == pytest.approx(price.multiplier, rel=1e-2)
 
 
 def test_values_without_effect_stay_where_they_are(arm: Machine) -> None:
@@ -115,9 +110,8 @@ def test_values_without_effect_stay_where_they_are(arm: Machine) -> None:
         assert result.design[name] == result.start_design[name]
 
 
-@pytest.mark.parametrize("method", ["ipopt", "hybrid"])
-def test_number_of_workers_changes_no_bit(arm: Machine, method: Method) -> None:
-    spec = SearchSpec("refined", method, 3, genetic=SHORT)
+def test_number_of_workers_changes_no_bit(arm: Machine) -> None:
+    spec = SearchSpec("refined", "hybrid", 3, genetic=SHORT)
     alone, shared = (
         optimise_machine(arm, "range F_Ox", [], spec, means=Means(count)) for count in (1, 2)
     )

@@ -34,7 +34,7 @@ SETTINGS = Settings(machines=8, starts=1)
 
 @pytest.fixture(autouse=True)
 def plain_kernels(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(backends, "select_fastest", backends.build_virtual_machine)
+    monkeypatch.setattr(backends, "select_fastest", backends.VirtualMachine)
 
 
 def crank(**bounds: tuple[float, float]) -> Machine:

@@ -54,11 +54,10 @@ def _check_rows(name: str, actual: Array, theirs: Array) -> None:
 
 
 def _compare(kernel: Kernel, device: Device, names: tuple[str, ...]) -> None:
-    builders = {"lanes": backends.build_lane_backend, "casadi-c": backends.build_casadi_backend}
-    values = {name: builders[name](kernel.work) for name in names}
+    values = {name: backends.build_compiled(kernel.work, name) for name in names}
     for x in _designs(device):
         arguments = _arguments(kernel, device, x)
-        expected = backends.build_virtual_machine(kernel.work)(arguments, arguments[0].shape[1])
+        expected = backends.VirtualMachine(kernel.work)(arguments, arguments[0].shape[1])
         for name, way in values.items():
             for actual, theirs in zip(way(arguments, arguments[0].shape[1]), expected, strict=True):
                 _check_rows(name, actual, theirs)
@@ -105,10 +104,10 @@ def test_a_kernel_of_another_model_is_not_equal() -> None:
         "h": at.h.reshape(-1, 1)
     }
     theirs = [values[name] for name in printed.force.response.values_kernel.names]
-    first = backends.build_lane_backend(exact.force.response.values_kernel.work)(
+    first = backends.build_compiled(exact.force.response.values_kernel.work, "lanes")(
         arguments, arguments[0].shape[1]
     )
-    other = backends.build_lane_backend(printed.force.response.values_kernel.work)(
+    other = backends.build_compiled(printed.force.response.values_kernel.work, "lanes")(
         theirs, arguments[0].shape[1]
     )
     assert difference(first[0], other[0]) > 1e-3

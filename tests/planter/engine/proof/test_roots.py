@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 from planter.engine.proof import roots
-from planter.engine.proof.intervals import Ball
-from planter.engine.proof.jets import ANYWHERE, Space
+from planter.engine.proof.intervals import Ball, Unbounded
+from planter.engine.proof.jets import ANYWHERE, Jet, Space
 from planter.engine.proof.roots import (
     BallEquations,
+    enclose_roots,
     has_rootless_lane,
     solve_linear_jets,
 )
@@ -19,6 +20,7 @@ from planter.kernels import Array, Integers
 
 LOWER, UPPER = np.array([0.2, 0.4]), np.array([0.3, 0.55])
 SHIFT = np.array([0.0, 1.0, 4.0])
+CUBIC_LOWER, CUBIC_WIDTH = np.array([0.1, 0.9, -0.04]), np.array([0.125, 0.1, 0.035])
 
 
 def solve_exactly(x: Array, shift: float) -> tuple[Array, Array, Array]:
@@ -115,3 +117,74 @@ def test_domain_next_to_root_is_rootless() -> None:
     upper = np.array([1.0, 1e3])
     assert has_rootless_lane(equations, -upper, upper, lanes)
     assert not has_rootless_lane(equations, -upper, 1.1 * upper, lanes)
+
+
+def test_root_is_enclosed_with_derivatives() -> None:
+    """a^3 + x0 a = x1: derivatives by those of the implicit function."""
+    upper = CUBIC_LOWER + CUBIC_WIDTH
+    space = Space(CUBIC_LOWER, upper)
+    x = space.parameters()
+
+    def residual(a: Sequence[Jet]) -> tuple[Sequence[Jet], Sequence[Sequence[Jet]]]:
+        return [a[0] ** 3 + x[0] * a[0] - x[1]], [[3 * a[0] ** 2 + x[0]]]
+
+    (root,), rng = enclose_roots(space, np.array([[0.8]]), residual), np.random.default_rng(6)
+    for _ in range(100):
+        p = CUBIC_LOWER + rng.random(3) * CUBIC_WIDTH
+        a = float(np.roots([1, 0, p[0], -p[1]])[-1].real)
+        slope = 3 * a * a + p[0]
+        first = np.array([-a / slope, 1 / slope])
+        second = -6 * a / slope * np.outer(first, first)
+        second[0, :] -= first / slope
+        second[:, 0] -= first / slope
+        assert contains(root.value[ANYWHERE], a)
+        assert contains(root.gradient[ANYWHERE][:, 0], first)
+        assert contains(root.hessian[:, 0], second[np.tril_indices(2)])
+    assert root.value.rad[0, 0] < 1e-14
+
+
+def contains(ball: Ball, value: Array | float) -> bool:
+    return bool(((ball.low <= value) & (value <= ball.high)).all())
+
+
+def test_roots_of_two_equations_are_enclosed_in_every_lane() -> None:
+    """(a cos b, a sin b) = (x0 + lane, x1): polar coordinates."""
+    lower, upper = np.array([1.0, 0.5]), np.array([1.1, 0.6])
+    space, lanes = Space(lower, upper), np.array([0.0, 1.0])
+    x, shift = space.parameters(), space.constant(Ball.exact(lanes))
+
+    def residual(a: Sequence[Jet]) -> tuple[Sequence[Jet], Sequence[Sequence[Jet]]]:
+        radius, angle = a
+        cos, sin = angle.call("cos"), angle.call("sin")
+        return [radius * cos - x[0] - shift, radius * sin - x[1]], [
+            [cos, -radius * sin],
+            [sin, radius * cos],
+        ]
+
+    roots, rng = (
+        enclose_roots(space, np.array([[1.2, 2.1], [0.5, 0.3]]), residual),
+        np.random.default_rng(3),
+    )
+    for _ in range(50):
+        px, py = (lower + rng.random(2) * (upper - lower))[:, None] + np.array([lanes, 0 * lanes])
+        r2, r = px**2 + py**2, np.hypot(px, py)
+        exact = [
+            (r, (px / r, py / r), (py**2 / r**3, -px * py / r**3, px**2 / r**3)),
+            (
+                np.arctan2(py, px),
+                (-py / r2, px / r2),
+                (2 * px * py / r2**2, (py**2 - px**2) / r2**2, -2 * px * py / r2**2),
+            ),
+        ]
+        for jet, (value, first, second) in zip(roots, exact, strict=True):
+            assert contains(jet.value[ANYWHERE], value)
+            assert contains(jet.gradient[ANYWHERE], np.array(first))
+            assert contains(jet.hessian, np.array(second))
+    assert max(jet.value.rad[0].max() for jet in roots) < 1e-13
+
+
+def test_uncertain_root_is_refused() -> None:
+    space = Space(np.array([-1.0]), np.array([1.0]))
+    (x,) = space.parameters()
+    with pytest.raises(Unbounded):
+        enclose_roots(space, np.array([[0.5]]), lambda a: ([a[0] ** 2 - x], [[2 * a[0]]]))

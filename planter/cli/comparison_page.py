@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planter.cli.comparison import (
+from planter.cli.machine_comparison import (
     MARGIN,
     DesignComparison,
     find_objective_owner,

@@ -20,7 +20,7 @@ from planter.cli.results import (
     MachineComparison,
 )
 from planter.engine.goal import evaluate_measure, find_display_unit, resolve_limit, resolve_measure
-from planter.engine.machine import load_machine
+from planter.engine.machine import load_driven_machine
 from planter.engine.measures import Kind, Limit, Measure, parse_limit
 from planter.engine.rows import MachineRows
 from planter.engine.summary import ROUNDING, QuantityPeak
@@ -67,9 +67,11 @@ class ComparedDesign:
 
     def __init__(self, source: str, options: ComparisonOptions) -> None:
         package = find_kind(source)
-        choices = {} if options.model == "exact" else {"model": options.model}
+        choices: dict[str, Any] = {}
+        if options.model != "exact":
+            choices["model"] = options.model
         self.source, self.options = source, options
-        self.machine = load_machine(source, options.changes, options.speed_rpm, **choices)
+        self.machine = load_driven_machine(source, options.changes, options.speed_rpm, **choices)
         self.kind = "" if package is None else plugins.name_package(package)
 
     @cached_property
@@ -141,7 +143,7 @@ def compare_machines(sources: Sequence[str], options: ComparisonOptions) -> Desi
     """Return the comparison of machines, files or built-in names, with the first one.
 
     Raises InputError for fewer than two machines, for machines of different kinds, and as
-    `load_machine`; ComputationError if a machine has no cycle.
+    `load_driven_machine`; ComputationError if a machine has no cycle.
     """
     if not 2 <= len(sources) <= len(LETTERS):
         raise InputError(
