@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from planter.mechanism.state_space.model import load_dynamics
     from planter.papers.clutch.field import evaluate_field, plan_field
     from planter.papers.clutch.file import load_clutch
-    from planter.papers.clutch.geometry import compute_geometry as clutch_geometry
+    from planter.papers.clutch.model import compute_geometry as clutch_geometry
     from planter.papers.clutch.modal_engagement import evaluate_engagement as engage_clutch
     from planter.papers.clutch.sizing import optimise_clutch, size_clutch
     from planter.papers.mapping.curve import load_curve

@@ -47,9 +47,7 @@ READING = {
     "cli/commands.py": "references of installed packages, topics of this program",
     "report/folder.py": "the lock of a folder, opened without following links",
     "files/examples.py": "files that installed rooms bring",
-    "exports/co_simulation.py": (
-        "files of this program, a library that was compiled a moment before"
-    ),
+    "exports/fmi.py": ("files of this program, a library that was compiled a moment before"),
     "kernels/builds.py": "/proc of processes that compile",
     "kernels/generated.py": "functions of installed rooms",
     "kernels/programs.py": "a program that was compiled a moment before",
@@ -136,7 +134,7 @@ WRITING = {
     "kernels/builds.py": "folders of the cache",
     "kernels/programs.py": "a scratch folder",
     "kernels/toolchain.py": "a scratch folder",
-    "exports/co_simulation.py": "a scratch folder",
+    "exports/fmi.py": "a scratch folder",
     "studio/session.py": "a scratch folder",
     "rows/sweeps/job.py": "a database that --overwrite replaces",
 }
@@ -174,15 +172,15 @@ ANGLES = {
 DRAWN = {"report", "scene", "figures", "printed"}
 """Folders and modules of figures and scenes, which draw, and of what papers print."""
 BY_HAND = {
-    "papers/clutch/contact_simulation.py": "where a search starts",
-    "papers/clutch/geometry.py": "direction of a line through two generated points",
+    "papers/clutch/contact.py": "where a search starts",
+    "papers/clutch/model.py": "direction of a line through two generated points",
     "papers/clutch/machines.py": (
         "lift of the link along the crank's angle, compared with the generated model in its test"
     ),
     "papers/clutch/rotor.py": (
         "normals of a polygon's sides in a linear programme; the outline that is drawn"
     ),
-    "gears/geometry/trimming.py": "points and directions on circles",
+    "gears/geometry/pieces.py": "points and directions on circles",
     "gears/geometry/pitch_curves.py": "how steep a curve of a table is, to refuse it",
     "papers/mapping/dyads.py": "poses as points of a linear system, directions to search in",
     "papers/mapping/linkage.py": "roots of the generated closed loop, intervals between them",

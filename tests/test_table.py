@@ -29,7 +29,6 @@ from derive.papers.pickup import model as pickup
 from derive.papers.planting import derivation
 from planter.cli.app import build_application
 from planter.engine.machine import Machine, load_machine
-from planter.exports import co_simulation
 from planter.files import examples, units
 from planter.kernels import Array
 from planter.mechanism import labelled
@@ -39,6 +38,7 @@ from tests.planter.exports.exported import Library
 from tests.support import own
 from tests.support.cli import answer, run
 from tests.support.reference import evaluate
+from tests.support.units import quick_libraries
 
 SAMPLES = 24
 ANGLE = 50.0
@@ -676,13 +676,7 @@ def _cells() -> list[Any]:
 @pytest.fixture(autouse=True)
 def _quick() -> Any:
     """Libraries of units for this system alone, compiled without passes."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(
-            co_simulation,
-            "PLATFORMS",
-            {k: v for k, v in co_simulation.PLATFORMS.items() if k == "linux64"},
-        )
-        patch.setattr(co_simulation, "FLAGS", ("-O0", *co_simulation.FLAGS[1:]))
+    with quick_libraries():
         yield
 
 

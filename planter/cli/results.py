@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from planter.engine.proof.proof_check import ProofCheck
+from planter.engine.proof.proof_results import ProofCheck
 from planter.files.record import Record
 
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from planter.engine.machine import Machine, Quantity
 from planter.engine.measures import MeasureCondition
-from planter.engine.response import DesignPoint, MachineResponse
+from planter.engine.response import DesignPoint, MachineResponse, open_response
 from planter.engine.solvers.response import BreakpointEvent
 from planter.kernels import Array
 
@@ -42,7 +42,7 @@ class QuantityCurves:
         """Raises InputError if the machine has no quantity of one of the names."""
         self.machine, self.conditions = machine, tuple(conditions)
         rates = [_build_rate(machine, name) for name in worked]
-        self.curves = MachineResponse(machine, names, more=rates)
+        self.curves = open_response(machine, names, more=rates)
         self.curves.settles = True
         self.response, self.quantities = self.curves, self.curves.quantities
         self.names, self.lower, self.upper = machine.design_names, machine.lower, machine.upper
@@ -84,6 +84,8 @@ class QuantityCurves:
         """Whether all curves and their slopes are at the end of a turn what they are at its
         beginning.
         """
+        if self.machine.motion is not None:
+            return False
         angles, at = (
             np.linspace(0.0, self.machine.turn, 1 + self.machine.samples),
             self.prologue(self.design),
@@ -124,7 +126,7 @@ class QuantityCurves:
     def event_functions(self) -> MachineResponse:
         """Functions of the angle whose zeros, or whole multiples of a period, are the events."""
         levels = [*self._squares, *(level for levels in self._levels for level in levels)]
-        return MachineResponse(self.machine, (), with_events=True, more=levels)
+        return open_response(self.machine, (), with_events=True, more=levels)
 
     def misses(self, at: DesignPoint, phi: Array) -> Array:
         """Return by how much each condition is missed at angles in SI, (c, n), not positive where

@@ -30,6 +30,8 @@ from planter.files.units import Unit, parse_unit
 from planter.kernels import Array
 from planter.numerics.statistics import SMOOTH
 
+TIME = "t"
+"""Name of the time [s] among the quantities of a machine that moves freely."""
 EXTREMES: Mapping[Kind, tuple[int, ...]] = {"max": (1,), "min": (-1,), "range": (1, -1)}
 """Sides of a curve whose extremes a measure is of: +1 for the greatest value, -1 for the least."""
 
@@ -47,6 +49,7 @@ def resolve_measure(machine: Machine, measure: Measure) -> Measure:
         _convert(machine, condition, find_display_unit(machine, Measure("all", quantity.name)))
         for condition, quantity in zip(measure.during, rest, strict=True)
     )
+    _check_place(machine, measure)
     if measure.size and measure.kind in WITHOUT_SIZE:
         raise InputError(
             f"{machine.source}: {measure}: over a cycle {measure.kind} takes no abs, which has "
@@ -57,6 +60,43 @@ def resolve_measure(machine: Machine, measure: Measure) -> Measure:
             f"{machine.source}: {measure}: only a power [W] or a torque [N m] does work"
         )
     return replace(measure, during=during)
+
+
+def _check_place(machine: Machine, measure: Measure) -> None:
+    """Raise InputError for a measure of times of a machine that an angle drives, or of angles of a
+    motion.
+    """
+    is_timed = measure.in_time or measure.span is not None
+    if machine.motion is None and is_timed:
+        reason = "an angle drives it, so give an angle, or leave out the time"
+    elif machine.motion is not None and (not is_timed or measure.kind in ("work", "jump")):
+        reason = (
+            "it moves freely, so give a time (at 1 s) or a span of times (max NAME over 0..2 s)"
+        )
+    else:
+        return
+    raise InputError(f"{machine.source}: {measure}: {reason}")
+
+
+def extend_span(machine: Machine, measures: Sequence[Measure]) -> Machine:
+    """Return a machine that moves freely over the times of measures; another one as it is."""
+    if machine.motion is None:
+        return machine
+    ends = [measure.angle or 0.0 for measure in measures if measure.in_time]
+    ends += [measure.span[1] for measure in measures if measure.span is not None]
+    if not ends:
+        return machine
+    return replace(machine.motion.extend(max(ends)), **machine.searched)
+
+
+def list_conditions(machine: Machine, measure: Measure) -> tuple[MeasureCondition, ...]:
+    """Return the conditions of a measure, those of its span of times included."""
+    if measure.span is None or machine.motion is None:
+        return measure.during
+    first, last = measure.span
+    ends = [MeasureCondition(TIME, -1, first)] if first > 0 else []
+    ends += [MeasureCondition(TIME, 1, last)] if last < machine.motion.span else []
+    return (*ends, *measure.during)
 
 
 def resolve_limit(machine: Machine, limit: Limit) -> Limit:
@@ -111,7 +151,8 @@ class MeasureCurves:
         worked = [m.name for m in spans if self._is_power(m)]
         names = [m.name for m in spans if m.name not in worked or not self._is_power(m)]
         self.worked, self.names = list(dict.fromkeys(worked)), list(dict.fromkeys(names))
-        self.conditions = list(dict.fromkeys(condition for m in spans for condition in m.during))
+        held = [condition for m in spans for condition in list_conditions(machine, m)]
+        self.conditions = list(dict.fromkeys(held))
 
     def _is_power(self, measure: Measure) -> bool:
         return measure.kind == "work" and self.machine.find_quantity(measure.name).unit != "N m"
@@ -131,8 +172,9 @@ class MeasureCurves:
         these alone.
         """
         machine, widths = self.machine, self.machine.upper - self.machine.lower
-        cyclic = [m for m in terms if _is_span(m) and not m.during and m.kind != "jump"]
-        partial = [m for m in terms if m.during]
+        cyclic = [m for m in terms if _is_span(m) and not self._find_conditions(m)]
+        cyclic = [m for m in cyclic if m.kind != "jump"]
+        partial = [m for m in terms if self._find_conditions(m)]
         jumps = [m for m in terms if m.kind == "jump"]
         parts: list[ObjectivePart] = []
         if sampling == "refined":
@@ -198,7 +240,8 @@ class MeasureCurves:
         return float(find_spreads(self.curves)[self._find_row(measure)]) / factor
 
     def _find_conditions(self, measure: Measure) -> tuple[int, ...]:
-        return tuple(self.conditions.index(condition) for condition in measure.during)
+        held = list_conditions(self.machine, measure)
+        return tuple(self.conditions.index(condition) for condition in held)
 
     def _find_row(self, measure: Measure) -> int:
         if self._is_power(measure):

@@ -120,6 +120,22 @@ class MachineStage:
 
 
 @dataclass(frozen=True)
+class FreeMotion:
+    """What makes a machine of a mechanism that no angle drives: a turn of it is the time from 0 to
+    `span` [s].
+
+    `respond` makes the responses of its quantities (as `planter.engine.response.MachineResponse`),
+    whose states follow from `motions`, which are integrated; `extend` gives the machine over
+    another span [s].
+    """
+
+    span: float
+    motions: Any
+    respond: Callable[..., Any]
+    extend: Callable[[float], Machine]
+
+
+@dataclass(frozen=True)
 class Documentation:
     """Texts about a machine: its title, the reference of its model, and its equations.
 
@@ -134,7 +150,7 @@ class Documentation:
 
 @dataclass(frozen=True)
 class Machine:
-    """A machine that an angle drives.
+    """A machine that an angle drives, or whose free `motion` the time takes through its states q.
 
     Functions: `prologue` d -> h, `lane` (phi, d, h, q) -> quantities of a side, `totals` (one, two,
     d) -> quantities of both sides, `events` (phi, d, h, q) -> values whose zeros are kinks,
@@ -188,6 +204,8 @@ class Machine:
     subject: object = None
     angle: str = "phi"
     documentation: Documentation = Documentation("", "")
+    motion: FreeMotion | None = None
+    states: int = 0
 
     @property
     def name(self) -> str:
@@ -499,7 +517,12 @@ class Machine:
         return self.build(self.document.with_numbers(changes))
 
     def with_speed(self, speed_rpm: float) -> Machine:
-        """Return the machine of its file with another speed of the drive [r/min]."""
+        """Return the machine of its file with another speed of the drive [r/min].
+
+        Raises InputError if no angle drives it.
+        """
+        if self.motion is not None:
+            raise InputError(f"--speed-rpm does not apply to {self.name}: no angle drives it")
         speed = self.values[self.speed]
         return self.with_numbers(
             {speed.path: speed_rpm * units.unit_factor("speed_rpm") / speed.factor}
@@ -532,7 +555,7 @@ class Machine:
     @cached_property
     def symbols(self) -> tuple[ca.SX, ca.SX, ca.SX, ca.SX]:
         """Symbols of phi, d, h and q."""
-        coordinates = self.loops.size if self.loops else 0
+        coordinates = self.loops.size if self.loops else self.states
         sizes = {"phi": 1, "d": len(self.values), "h": self.prologue.numel_out(0), "q": coordinates}
         phi, d, h, q = (ca.SX.sym(name, size) for name, size in sizes.items())
         return phi, d, h, q
@@ -633,6 +656,7 @@ def load_machine(
     source: str,
     changes: Mapping[str, float] | None = None,
     speed_rpm: float | None = None,
+    is_driven: bool = True,
     **choices: str,
 ) -> Machine:
     """Return the machine of a file, or of a built-in name, some numbers [in the units of their
@@ -640,8 +664,8 @@ def load_machine(
 
     `changes` holds numbers by path or key, as ``{"r_mm": 50}``; `speed_rpm` is another speed of the
     drive [r/min]. Further keywords are choices that some machines leave, such as the model. Raises
-    InputError if there is no such machine, for an invalid number, or for a choice that the machine
-    does not leave.
+    InputError if there is no such machine, for an invalid number, for a choice that the machine
+    does not leave, and for one that moves freely where it must be driven by an angle.
 
     >>> load_machine("wang2017", {"R3_mm": 31.0}).name
     'wang2017'
@@ -657,6 +681,9 @@ def load_machine(
         if name not in inspect.signature(module.load).parameters:
             raise InputError(f"--{name} {choice} does not apply to {source}: it has one {name}")
     machine: Machine = module.load(source, changes or {}, **choices)
+    if is_driven and machine.motion is not None:
+        message = f"no angle drives {machine.name}; run `planter move` for its free motion"
+        raise InputError(f"{source}: {message}")
     return machine if speed_rpm is None else machine.with_speed(speed_rpm)
 
 

@@ -1,13 +1,16 @@
 """Measures of quantities over a cycle, sums of them, and limits, in the language of files and
 options.
 
-    SUM     = ["-"] TERM { ("+" | "-") TERM }      TERM = [WEIGHT] MEASURE LIMIT   = MEASURE ("<=" |
-    ">=") NUMBER [UNIT] MEASURE = [KIND] ["abs"] NAME ["at" DEG | "where" NAME "is" ("least" |
-    "greatest") | "while" CONDITION] CONDITION = ["abs"] NAME ("<" | "<=" | ">" | ">=") NUMBER
-    [UNIT] { "and" CONDITION } NAME    = words, as a quantity is printed, or its meaning with its
-    name in brackets
-            | "distance" POINT "to" (FILE | POINT) | "clearance" POINT "over" FILE
-    POINT   = NAME of a point | NAME NAME, its coordinates
+    SUM       = ["-"] TERM { ("+" | "-") TERM }
+    TERM      = [WEIGHT] MEASURE
+    LIMIT     = MEASURE ("<=" | ">=") NUMBER [UNIT]
+    MEASURE   = [KIND] ["abs"] NAME [PLACE]
+    PLACE     = "at" DEG | "at" SECONDS "s" | "where" NAME "is" ("least" | "greatest")
+              | ["over" SECONDS ".." SECONDS "s"] ["while" CONDITION { "and" CONDITION }]
+    CONDITION = ["abs"] NAME ("<" | "<=" | ">" | ">=") NUMBER [UNIT]
+    NAME      = words, as a quantity is printed, or its meaning with its name in brackets
+              | "distance" POINT "to" (FILE | POINT) | "clearance" POINT "over" FILE
+    POINT     = NAME of a point | NAME NAME, its coordinates
 
 KIND is one of `KINDS`; a measure without one is the quantity at an angle, or everywhere. Numbers
 without a unit are in the display unit of the quantity. The text of what is parsed reads back to the
@@ -16,7 +19,8 @@ smaller, a least one only greater, as "-min NAME". A `jump` is the size of the g
 law of the machine changes, a distance that of a point from a curve or from another point, a
 clearance its height over the profile of a ground (`planter.engine.piecewise`). A point P has the
 coordinates x_P and y_P, or P_x and P_y; the point P of a body has the name BODY__P. A FILE with
-spaces, or whose name is a single word, has quotes.
+spaces, or whose name is a single word, has quotes. Of a machine that moves freely measures are of
+times: at one, or over a span of them.
 
 >>> for term in parse_sum("range F_Ox + 0.5 rms M_in while y_tip <= 20 mm"): print(term)
 range F_Ox
@@ -27,6 +31,8 @@ rms distance x_tip y_tip to path.csv while y_tip <= 0
 clearance x_A y_A over soil.csv >= 20 mm distance x_A y_A to x_B y_B >= 5
 >>> print(parse_limit("min distance tip to ground__D >= 20 mm"))
 min distance tip to ground__D >= 20 mm
+>>> print(*parse_sum("max abs F_A over 0..2 s + 3 x at 1 s"), sep="; ")
+max abs F_A over 0..2 s; 3 x at 1 s
 >>> print(parse_limit("abs F_Ax <= 300 N"), parse_limit("tilt where y_tip is least <= 10"), sep="; ")
 abs F_Ax <= 300 N; tilt where y_tip is least <= 10
 """
@@ -53,7 +59,7 @@ WITHOUT_SIZE: tuple[Kind, ...] = ("mean", "variance", "std", "work", "min", "ran
 """Measures that have corners of absolute values, which no search takes."""
 SMALLER: tuple[Kind, ...] = ("max", "range", "jump")
 """Measures that a search can only make smaller."""
-CLAUSES = ("at", "where", "while")
+CLAUSES = ("at", "where", "while", "over")
 SIGNS = ("<=", ">=", "<", ">")
 TYPO = 0.7
 """Likeness from which on a word is a misspelt one of the language, not part of a name."""
@@ -66,7 +72,8 @@ SUM_SYNTAX = (
     "it must be a sum (+ or -) of [WEIGHT] MEASURE [abs] NAME, MEASURE one of "
     + ", ".join(KINDS)
     + ", or of NAME at DEG or NAME "
-    'where NAME is least|greatest, such as "range F_Ox + 0.5 rms M_in"'
+    'where NAME is least|greatest, such as "range F_Ox + 0.5 rms M_in"; of what moves freely over '
+    'times or at one, such as "max F_A over 0..2 s + x at 1 s"'
 )
 LIMIT_SYNTAX = (
     "it must be [MEASURE] [abs] NAME [at DEG | where NAME is least|greatest | while NAME <= "
@@ -177,8 +184,8 @@ class Measure:
     """A measure of a quantity over a cycle: `all` is its value everywhere, `at` that at an angle.
 
     The angle is `angle` [deg], or that of an extremum, `where`. With conditions, `during`, only the
-    part of the cycle counts on which all hold. `size` takes absolute values. Over a motion `angle`
-    is a time [s], and `in_time` is set.
+    part of the cycle counts on which all hold. `size` takes absolute values. Of a free motion
+    `angle` is a time [s] if `in_time` is set, and `span` holds the first and the last time [s].
     """
 
     kind: Kind
@@ -187,6 +194,7 @@ class Measure:
     weight: float = 1.0
     angle: float | None = None
     in_time: bool = False
+    span: tuple[float, float] | None = None
     where: Extremum | None = None
     during: tuple[MeasureCondition, ...] = ()
 
@@ -200,6 +208,8 @@ class Measure:
             words.append(f"at {_text(self.angle)}{' s' if self.in_time else ''}")
         if self.where is not None:
             words.append(f"where {self.where}")
+        if self.span is not None:
+            words.append(f"over {'..'.join(map(_text, self.span))} s")
         if self.during:
             words.append("while " + " and ".join(map(str, self.during)))
         return " ".join(filter(None, words))
@@ -317,7 +327,7 @@ def parse_measure(text: str, label: str) -> Measure:
     Raises InputError, which begins with `label`.
     """
     reader = _Reader(text, label, MEASURE_SYNTAX)
-    measure = reader.read_measure(timed=True)
+    measure = reader.read_measure()
     reader.end()
     if measure.kind == "all":
         reader.refuse(f"{measure.name} needs a measure")
@@ -332,7 +342,8 @@ def _text(number: float, unit: str = "") -> str:
 
 
 _TOKEN = re.compile(
-    r"(?P<number>(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)|(?P<word>[A-Za-z_]\w*)|(?P<sign><=|>=|<|>)|(?P<other>\S)"
+    r"(?P<number>(?:\d+(?:\.(?!\.)\d*)?|\.\d+)(?:[eE][-+]?\d+)?)|(?P<word>[A-Za-z_]\w*)"
+    r"|(?P<sign><=|>=|<|>)|(?P<other>\.\.|\S)"
 )
 
 
@@ -390,7 +401,7 @@ class _Reader:
         if self.token.kind != "end":
             self.fail("is not expected", CLAUSES)
 
-    def read_measure(self, weighted: bool = False, timed: bool = False) -> Measure:
+    def read_measure(self, weighted: bool = False) -> Measure:
         """Read a measure, with its weight if it may have one."""
         weight = self._read_weight() if weighted else 1.0
         kind = (
@@ -411,15 +422,26 @@ class _Reader:
             self.fail("does not go with jump: a law changes at angles of its own")
         if self.accept("at"):
             angle = self._read_number()
-            in_time = timed and bool(self.accept("s"))
+            in_time = bool(self.accept("s"))
             if not in_time:
                 self.accept("deg")
             return replace(measure, kind="at", angle=angle, in_time=in_time)
         if self.accept("where"):
             return replace(measure, kind="at", where=self._read_extremum())
+        if self.accept("over"):
+            measure = replace(measure, span=self._read_span())
         if self.accept("while"):
             return replace(measure, during=self._read_conditions())
         return measure
+
+    def _read_span(self) -> tuple[float, float]:
+        first = self._read_number()
+        self.expect(("..",), "is not expected: a span of time is SECONDS..SECONDS s")
+        last = self._read_number()
+        self.expect(("s",), "is not expected: a span of time is in s")
+        if not 0 <= first < last:
+            self.refuse("a span of time begins at 0 s or later, and ends after that")
+        return first, last
 
     def read_bound(self, signs: Sequence[str]) -> tuple[str, float, str]:
         """Read a sign, a number and the unit that may follow it."""

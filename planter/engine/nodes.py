@@ -16,7 +16,7 @@ import numpy as np
 
 from planter.engine.machine import Machine
 from planter.engine.measures import Extremum, Measure
-from planter.engine.response import DesignPoint, MachineResponse
+from planter.engine.response import DesignPoint, MachineResponse, open_response
 from planter.engine.solvers.objective import (
     BreakpointHold,
     Conditions,
@@ -54,7 +54,7 @@ class Nodes(ABC):
 
     def __init__(self, machine: Machine, names: Sequence[str]) -> None:
         self.machine, self.names = machine, tuple(names)
-        self.response = MachineResponse(machine, names)
+        self.response = open_response(machine, names)
         self.units = np.array([quantity.factor for quantity in self.response.quantities])
         self._latest = LastCallCache(self.evaluate)
 
@@ -153,6 +153,10 @@ def build_nodes(machine: Machine, measure: Measure) -> Nodes:
     if measure.where is not None:
         return ExtremumNode(machine, [measure.name], measure.where)
     assert measure.angle is not None
+    if machine.motion is not None:
+        return FixedNodes(
+            machine, [measure.name], np.array([machine.turn * measure.angle / machine.motion.span])
+        )
     return FixedNodes(machine, [measure.name], np.radians([measure.angle % 360]))
 
 

@@ -135,11 +135,7 @@ class MachineResponse:
     def curvature(self, point: DesignPoint, phi: Array, weights: Array) -> Array:
         """Return the sum over quantities and angles of weights (m, n) times Hessians in (phi, x),
         (1 + p, 1 + p).
-
-        The first call waits for the compiler: otherwise a race would decide with which rounding a
-        search continues.
         """
-        self.hessian_kernel.settle()
         try:
             result = self._evaluate(
                 self.hessian_kernel, point, phi, dh=point.dh, weights=self._spread(weights)
@@ -505,6 +501,18 @@ class MachineResponse:
         return ca.Function(
             name, [phi, d, h, q, self._dh, weights], outputs, names, ["packed", "along"]
         )
+
+
+def open_response(
+    machine: Machine,
+    names: Sequence[str] | None = None,
+    with_events: bool = False,
+    more: Sequence[tuple[Quantity, ca.SX]] = (),
+) -> MachineResponse:
+    """Return the response of a machine, driven or free, as `MachineResponse`."""
+    build = MachineResponse if machine.motion is None else machine.motion.respond
+    response: MachineResponse = build(machine, names, with_events=with_events, more=more)
+    return response
 
 
 def _differentiate(rows: ca.SX, angle: ca.SX) -> ca.SX:

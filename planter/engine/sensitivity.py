@@ -13,7 +13,7 @@ import numpy as np
 from planter.engine.goal import Goal
 from planter.engine.machine import Machine
 from planter.engine.measures import Measure, format_sum
-from planter.engine.response import MachineResponse
+from planter.engine.response import open_response
 from planter.engine.solvers.range_variance import (
     WEIGHT_TOLERANCE,
     InsensitiveDirections,
@@ -136,7 +136,7 @@ def _scaled_slopes(machine: Machine, names: list[str], samples: int) -> Array:
     """Return the slopes (n, p) of curves at samples, in parts of their ranges, times the widths of
     the values.
     """
-    response = MachineResponse(machine, names)
+    response = open_response(machine, names)
     values, slopes = response.slopes(response.at(machine.design), machine.list_angles(samples))
     ranges = np.ptp(values, axis=1)
     ranges[ranges == 0.0] = 1.0

@@ -532,8 +532,8 @@ def describe_equations(machine: Machine) -> str:
 
 def list_lines(title: str, lines: Iterable[str]) -> str:
     """Return lines of a comment below a title."""
-    wrap_angle = [wrap_comment(line, "    ") for line in lines]
-    return "\n".join([f" * {title}{'' if wrap_angle else ' none'}", *wrap_angle])
+    wrapped = [wrap_comment(line, "    ") for line in lines]
+    return "\n".join([f" * {title}{'' if wrapped else ' none'}", *wrapped])
 
 
 def wrap_comment(text: str, indent: str = "") -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import enum
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -29,8 +29,8 @@ if TYPE_CHECKING:
 
 export = typer.Typer(
     help="Write a machine for other programs: C, FMI, tables.\n\n"
-    "MACHINE is a machine file, the file of a mechanism of your own, or a built-in machine. Of what "
-    "an angle drives, values with bounds are the design, the others the machine's data. What moves "
+    "MACHINE is a machine file, the file of a mechanism of your own, or a built-in machine. Of "
+    "what an angle drives, values with bounds are the design, the others the machine's data. What moves "
     "freely is written as x' = f(t, x, u, p) and y = g(t, x, u, p) with their derivatives.\n\n"
     "`planter derive FILE.py --target matlab|latex` writes a mechanism's equations for MATLAB, or "
     "as LaTeX.",
@@ -70,31 +70,45 @@ StabiliseOption = Annotated[
 ]
 
 
-def _load_dynamics(
+def _load_subject(
     source: str,
-    inputs: Sequence[str] | None,
-    stabilise: float,
+    model: ModelName,
     set_: Sequence[str] | None,
-) -> DynamicsModel | None:
-    """Return the model of a mechanism that moves freely; None if an angle drives the machine."""
+    speed_rpm: float | None,
+    inputs: Sequence[str] | None = None,
+    stabilise: float = 0.0,
+) -> Machine | DynamicsModel:
+    """Return a machine that an angle drives, or the model of a mechanism that moves freely.
+
+    Raises InputError for an option without effect on it.
+    """
     from planter.mechanism.dynamics import Dynamics
     from planter.mechanism.machines import find_free_motion
     from planter.mechanism.state_space.model import DynamicsModel
 
     mechanism = find_free_motion(source, parse_changes(set_))
-    if mechanism is None:
-        return None
-    refuse_unused(f"since {mechanism.name} moves freely", "--model", "--speed-rpm")
-    return DynamicsModel(Dynamics(mechanism), inputs or (), stabilise)
+    if mechanism is not None:
+        refuse_unused(f"since {mechanism.name} moves freely", "--model", "--speed-rpm")
+        return DynamicsModel(Dynamics(mechanism), inputs or (), stabilise)
+    refuse_unused("since an angle drives the machine", "--input", "--stabilise")
+    return _load_machine(source, model, set_, speed_rpm)
 
 
-def _load(
+def _load_machine(
     source: str, model: ModelName, set_: Sequence[str] | None, speed_rpm: float | None
 ) -> Machine:
     from planter.engine.machine import load_machine
 
     choices = {} if model is ModelName.exact else {"model": model.value}
     return load_machine(source, parse_changes(set_), speed_rpm, **choices)
+
+
+def _write_files(console: Console, out: Path, texts: Mapping[str, str | bytes]) -> None:
+    from planter.exports.results import WrittenFiles
+    from planter.report.files import write_all
+
+    paths = write_all(out, texts)
+    console.result(WrittenFiles(paths), lambda: print("\n".join(paths)))
 
 
 @export.callback()
@@ -127,23 +141,44 @@ def write_c(
     """
     console = Console(as_json)
     with console.outcome():
-        from planter.exports import c99, dynamics_c
-        from planter.exports.results import WrittenFiles
-        from planter.report.files import write_all
+        from planter.engine.machine import Machine
+        from planter.exports import c99, dynamics
 
-        dynamics = _load_dynamics(machine, inputs, stabilise, set_)
-        if dynamics is not None:
-            texts = dynamics_c.build_c_files(dynamics)
+        subject = _load_subject(machine, model, set_, speed_rpm, inputs, stabilise)
+        if isinstance(subject, Machine):
+            _write_files(console, out, c99.build_source_files(subject))
         else:
-            refuse_unused("since an angle drives the machine", "--input", "--stabilise")
-            texts = c99.build_source_files(_load(machine, model, set_, speed_rpm))
-        paths = write_all(out, texts)
-        console.result(WrittenFiles(paths), lambda: print("\n".join(paths)))
+            _write_files(console, out, dynamics.build_c_files(subject))
 
 
-@export.command("casadi")
+LANGUAGES = {
+    "casadi": """Write free dynamics as CasADi functions.
+
+x' = f(t, x, u, p), y = g(t, x, u, p), their derivatives by x, u, p, and the curvature of f, in
+a file that a Python module beside it loads without planter: for optimal control.
+
+planter export casadi cartpole.toml --input F_N --out casadi
+""",
+    "jax": """Write free dynamics as a Python module for JAX.
+
+x' = f(t, x, u, p) and y = g(t, x, u, p), for jax.jit, jax.vmap and jax.jacfwd; it needs JAX
+alone.
+
+planter export jax cartpole.toml --input F_N --out jax
+""",
+    "rust": """Write free dynamics as Rust without its standard library.
+
+x' = f(t, x, u, p), y = g(t, x, u, p) and their derivatives by x, u, p; it links libm.
+
+planter export rust cartpole.toml --out rust && rustc --crate-type rlib -O rust/cartpole.rs
+""",
+}
+"""Help of the commands for each language."""
+
+
 @writes_files()
-def write_casadi(
+def write_dynamics(
+    context: typer.Context,
     machine: MachineArgument,
     out: FolderOption,
     inputs: InputsOption = None,
@@ -151,81 +186,21 @@ def write_casadi(
     set_: SetOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Write free dynamics as CasADi functions.
-
-    x' = f(t, x, u, p), y = g(t, x, u, p), their derivatives by x, u, p, and the curvature of f, in
-    a file that a Python module beside it loads without planter: for optimal control.
-
-    planter export casadi cartpole.toml --input F_N --out casadi
-    """
-    _write_dynamics("casadi", machine, out, inputs, stabilise, set_, as_json)
-
-
-@export.command("jax")
-@writes_files()
-def write_jax(
-    machine: MachineArgument,
-    out: FolderOption,
-    inputs: InputsOption = None,
-    stabilise: StabiliseOption = 0.0,
-    set_: SetOption = None,
-    as_json: JsonOption = False,
-) -> None:
-    """Write free dynamics as a Python module for JAX.
-
-    x' = f(t, x, u, p) and y = g(t, x, u, p), for jax.jit, jax.vmap and jax.jacfwd; it needs JAX
-    alone.
-
-    planter export jax cartpole.toml --input F_N --out jax
-    """
-    _write_dynamics("jax", machine, out, inputs, stabilise, set_, as_json)
-
-
-@export.command("rust")
-@writes_files()
-def write_rust(
-    machine: MachineArgument,
-    out: FolderOption,
-    inputs: InputsOption = None,
-    stabilise: StabiliseOption = 0.0,
-    set_: SetOption = None,
-    as_json: JsonOption = False,
-) -> None:
-    """Write free dynamics as Rust without its standard library.
-
-    x' = f(t, x, u, p), y = g(t, x, u, p) and their derivatives by x, u, p; it links libm.
-
-    planter export rust cartpole.toml --out rust && rustc --crate-type rlib -O rust/cartpole.rs
-    """
-    _write_dynamics("rust", machine, out, inputs, stabilise, set_, as_json)
-
-
-def _write_dynamics(
-    language: str,
-    machine: str,
-    out: Path,
-    inputs: Sequence[str] | None,
-    stabilise: float,
-    set_: Sequence[str] | None,
-    as_json: bool,
-) -> None:
+    """Write free dynamics in the language that the command is named after."""
     console = Console(as_json)
     with console.outcome():
+        from planter.engine.machine import Machine
         from planter.errors import InputError
-        from planter.exports import dynamics_casadi, dynamics_languages
-        from planter.exports.results import WrittenFiles
-        from planter.report.files import write_all
+        from planter.exports import dynamics
 
-        dynamics = _load_dynamics(machine, inputs, stabilise, set_)
-        if dynamics is None:
+        subject = _load_subject(machine, ModelName.exact, set_, None, inputs, stabilise)
+        if isinstance(subject, Machine):
             raise InputError(f"{machine}: an angle drives it; this export is of free motion")
-        builders: dict[str, Callable[[DynamicsModel], Mapping[str, str | bytes]]] = {
-            "casadi": dynamics_casadi.build_casadi_files,
-            "jax": dynamics_languages.build_jax_files,
-            "rust": dynamics_languages.build_rust_files,
-        }
-        paths = write_all(out, builders[language](dynamics))
-        console.result(WrittenFiles(paths), lambda: print("\n".join(paths)))
+        _write_files(console, out, dynamics.BUILDERS[str(context.command.name)](subject))
+
+
+for language, text in LANGUAGES.items():
+    export.command(language, help=text)(write_dynamics)
 
 
 MOTION_HELP = f"""Write motions and forces over time as tables.
@@ -263,7 +238,8 @@ def motion(
         from planter.exports.results import MotionWritten
         from planter.report.files import write_all
 
-        motion_ = build_motion(_load(machine, model, set_, speed_rpm), turns, samples)
+        driven = _load_machine(machine, model, set_, speed_rpm)
+        motion_ = build_motion(driven, turns, samples)
         paths = write_all(out, FORMATS[format_](motion_))
         result = MotionWritten(
             paths, format_.value, len(motion_.columns), len(motion_.time), float(motion_.time[-1])
@@ -298,12 +274,14 @@ def fmu(
 ) -> None:
     """Write a unit for other programs (FMI).
 
-    What an angle drives is a co-simulation unit. What moves freely is one for model exchange, which
-    the other program integrates: its states, inputs, parameters and outputs, event indicators and
-    directional derivatives.
+    What an angle drives is a co-simulation unit. The drive's speed goes in; its angle, all motions
+    and forces are outputs. The speed is given; loads do not slow the drive (one-way coupling).
+    Design and machine data are tunable parameters.
 
-    The drive's speed goes in; its angle, all motions and forces are outputs. The speed is given;
-    loads do not slow the drive (one-way coupling). Design and machine data are tunable parameters.
+    What moves freely is a unit for model exchange, which the other program integrates, and for
+    co-simulation: its states, inputs, parameters and outputs, event indicators and directional
+    derivatives.
+
     The unit holds its C sources, a library for Linux and, with planter[compiler] installed, one for
     Windows.
 
@@ -311,15 +289,8 @@ def fmu(
     """
     console = Console(as_json)
     with console.outcome():
-        from planter.exports import exchange
-        from planter.exports import fmu as units_
+        from planter.exports.fmu import print_unit, write_unit
 
-        dynamics = _load_dynamics(machine, inputs, stabilise, set_)
-        if dynamics is not None:
-            refuse_unused("since free motion is a unit of FMI 2.0", "--fmi")
-            unit = exchange.write_exchange_unit(dynamics, out)
-            console.result(unit, lambda: units_.print_unit(console, unit))
-            return
-        refuse_unused("since an angle drives the machine", "--input", "--stabilise")
-        result = units_.write_unit(_load(machine, model, set_, speed_rpm), out, fmi.value)
-        console.result(result, lambda: units_.print_unit(console, result))
+        subject = _load_subject(machine, model, set_, speed_rpm, inputs, stabilise)
+        result = write_unit(subject, out, fmi.value)
+        console.result(result, lambda: print_unit(console, result))

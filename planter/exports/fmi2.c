@@ -1,4 +1,4 @@
-/* The interface of FMI 2.0 for co-simulation. */
+/* The interface of FMI 2.0. */
 typedef void (*logger)(void *environment, const char *instance, int status, const char *category, const char *message, ...);
 
 #include "core.c"
@@ -10,14 +10,13 @@ typedef struct {
   void (*finished)(void *environment, status status);
   void *environment;
 } callbacks;
+typedef struct {
+  int discrete_states_needed, terminate, nominals_changed, states_changed, next_time_defined;
+  double next_time;
+} event_info;
 typedef const char *text;
 
-enum { MODEL_EXCHANGE, CO_SIMULATION };
 enum { DO_STEP_STATUS, PENDING_STATUS, LAST_SUCCESSFUL_TIME, IS_TERMINATED };
-
-#if defined(__GNUC__)
-#pragma GCC diagnostic ignored "-Wunused-parameter"
-#endif
 
 static void tell(const instance *unit, status found, const char *message)
 {
@@ -31,30 +30,24 @@ EXPORTED status fmi2SetDebugLogging(void *unit, int on, size_t count, const text
   return check(unit, 1);
 }
 
-EXPORTED void *fmi2Instantiate(text name, int type, text token, text resources, const callbacks *told, int visible,
+EXPORTED void *fmi2Instantiate(text name, int type, text token, text resources, const callbacks *given, int visible,
                                int logging)
 {
-  if (type != CO_SIMULATION) return NULL;
-  return made(name, token, told ? told->log : NULL, told ? told->environment : NULL);
+  if (type != CO_SIMULATION && type != MODEL_EXCHANGE) return NULL;
+  return create(name, token, (use)type, given ? given->log : NULL, given ? given->environment : NULL);
 }
 
 EXPORTED void fmi2FreeInstance(void *unit) { end(unit); }
 
-EXPORTED status fmi2SetupExperiment(void *component, int with_tolerance, double tolerance, double start, int with_stop,
+EXPORTED status fmi2SetupExperiment(void *unit, int with_tolerance, double tolerance, double start, int with_stop,
                                     double stop)
 {
-  instance *unit = component;
-  REQUIRE(unit, 1);
-  if (!is_number(start)) return complain(unit, ERROR, "the start of an experiment is a number");
-  if (unit->now.phase != INSTANTIATED) return complain(unit, ERROR, "an experiment is set up before it begins");
-  unit->now.time = start;
-  return OK;
+  return set_up(unit, start);
 }
 
 EXPORTED status fmi2EnterInitializationMode(void *unit) { return enter(unit, INSTANTIATED, INITIALISING); }
-EXPORTED status fmi2ExitInitializationMode(void *unit) { return enter(unit, INITIALISING, STEPPING); }
-EXPORTED status fmi2Terminate(void *unit) { return enter(unit, STEPPING, TERMINATED); }
-
+EXPORTED status fmi2ExitInitializationMode(void *unit) { return initialise(unit); }
+EXPORTED status fmi2Terminate(void *unit) { return terminate(unit); }
 EXPORTED status fmi2Reset(void *unit) { return start_anew(unit); }
 
 EXPORTED status fmi2SetReal(void *unit, const uint32_t references[], size_t count, const double given[])
@@ -67,16 +60,17 @@ EXPORTED status fmi2GetReal(void *unit, const uint32_t references[], size_t coun
   return get_numbers(unit, references, count, found);
 }
 
-EXPORTED status fmi2DoStep(void *unit, double time, double step, int final) { return step_on(unit, time, step); }
+EXPORTED status fmi2GetDirectionalDerivative(void *unit, const uint32_t unknown[], size_t unknowns,
+                                             const uint32_t known[], size_t knowns, const double along[],
+                                             double found[])
+{
+  return get_slopes(unit, unknown, unknowns, known, knowns, along, found);
+}
 
-EXPORTED status fmi2GetFMUstate(void *unit, void **saved) { return save(unit, current(unit), saved); }
+EXPORTED status fmi2GetFMUstate(void *unit, void **saved) { return save(unit, saved); }
 EXPORTED status fmi2SetFMUstate(void *unit, void *saved) { return restore(unit, saved); }
 EXPORTED status fmi2FreeFMUstate(void *unit, void **saved) { return release(unit, saved); }
-
-EXPORTED status fmi2SerializedFMUstateSize(void *unit, void *saved, size_t *size)
-{
-  return measure(unit, size);
-}
+EXPORTED status fmi2SerializedFMUstateSize(void *unit, void *saved, size_t *size) { return measure(unit, size); }
 
 EXPORTED status fmi2SerializeFMUstate(void *unit, void *saved, char bytes[], size_t size)
 {
@@ -87,6 +81,39 @@ EXPORTED status fmi2DeSerializeFMUstate(void *unit, const char bytes[], size_t s
 {
   return from_bytes(unit, bytes, size, saved);
 }
+
+/* --- model exchange --- */
+
+EXPORTED status fmi2EnterContinuousTimeMode(void *unit) { return enter(unit, EVENT, CONTINUOUS); }
+EXPORTED status fmi2EnterEventMode(void *unit) { return enter(unit, CONTINUOUS, EVENT); }
+EXPORTED status fmi2SetTime(void *unit, double time) { return set_time(unit, time); }
+
+EXPORTED status fmi2NewDiscreteStates(void *unit, event_info *found)
+{
+  REQUIRE(unit, found != NULL);
+  memset(found, 0, sizeof *found);
+  return OK;
+}
+
+EXPORTED status fmi2CompletedIntegratorStep(void *unit, int forgets, int *enters, int *ends)
+{
+  REQUIRE(unit, enters && ends);
+  *enters = *ends = 0;
+  return OK;
+}
+
+EXPORTED status fmi2SetContinuousStates(void *unit, const double x[], size_t count) { return set_states(unit, x, count); }
+EXPORTED status fmi2GetContinuousStates(void *unit, double x[], size_t count) { return get_states(unit, x, count); }
+EXPORTED status fmi2GetDerivatives(void *unit, double rates[], size_t count) { return get_rates(unit, rates, count); }
+EXPORTED status fmi2GetEventIndicators(void *unit, double found[], size_t count) { return get_events(unit, found, count); }
+EXPORTED status fmi2GetNominalsOfContinuousStates(void *unit, double found[], size_t count)
+{
+  return get_nominals(unit, found, count);
+}
+
+/* --- co-simulation --- */
+
+EXPORTED status fmi2DoStep(void *unit, double time, double step, int final) { return step_on(unit, time, step); }
 
 EXPORTED status fmi2GetRealStatus(void *component, int kind, double *found)
 {
@@ -105,16 +132,16 @@ EXPORTED status fmi2GetBooleanStatus(void *unit, int kind, int *found)
   return OK;
 }
 
-/* What the standard asks for and this unit has none of. */
+/* --- what the standard asks for and this unit has none of --- */
 
-#define NONE_OF(name, type)                                                                              \
-  EXPORTED status fmi2Get##name(void *unit, const uint32_t references[], size_t count, type found[])     \
-  {                                                                                                      \
-    return count ? complain(unit, ERROR, "all variables are real") : check(unit, 1);                                 \
-  }                                                                                                      \
+#define NONE_OF(name, type)                                                                                \
+  EXPORTED status fmi2Get##name(void *unit, const uint32_t references[], size_t count, type found[])       \
+  {                                                                                                        \
+    return count ? complain(unit, ERROR, "all variables are real") : check(unit, 1);                       \
+  }                                                                                                        \
   EXPORTED status fmi2Set##name(void *unit, const uint32_t references[], size_t count, const type given[]) \
-  {                                                                                                      \
-    return count ? complain(unit, ERROR, "all variables are real") : check(unit, 1);                                 \
+  {                                                                                                        \
+    return count ? complain(unit, ERROR, "all variables are real") : check(unit, 1);                       \
   }
 NONE_OF(Integer, int)
 NONE_OF(Boolean, int)
@@ -128,13 +155,6 @@ NONE_OF(String, text)
 NO_STATUS(Status, status)
 NO_STATUS(IntegerStatus, int)
 NO_STATUS(StringStatus, text)
-
-EXPORTED status fmi2GetDirectionalDerivative(void *unit, const uint32_t unknown[], size_t unknowns,
-                                             const uint32_t known[], size_t knowns, const double along[],
-                                             double found[])
-{
-  return complain(unit, ERROR, "there are no derivatives");
-}
 
 EXPORTED status fmi2SetRealInputDerivatives(void *unit, const uint32_t references[], size_t count, const int order[],
                                             const double given[])

@@ -1,4 +1,4 @@
-/* The interface of FMI 3.0 for co-simulation. */
+/* The interface of FMI 3.0. */
 #include <stdbool.h>
 
 typedef void (*logger)(void *environment, int status, const char *category, const char *message);
@@ -7,10 +7,6 @@ typedef void (*logger)(void *environment, int status, const char *category, cons
 
 typedef const char *text;
 typedef const uint8_t *binary;
-
-#if defined(__GNUC__)
-#pragma GCC diagnostic ignored "-Wunused-parameter"
-#endif
 
 static void tell(const instance *unit, status found, const char *message)
 {
@@ -27,13 +23,13 @@ EXPORTED void *fmi3InstantiateCoSimulation(text name, text token, text resources
                                            bool early_return, const uint32_t intermediate[], size_t count,
                                            void *environment, logger log, void (*update)(void))
 {
-  return count ? NULL : made(name, token, log, environment);
+  return count ? NULL : create(name, token, CO_SIMULATION, log, environment);
 }
 
 EXPORTED void *fmi3InstantiateModelExchange(text name, text token, text resources, bool visible, bool logging,
                                             void *environment, logger log)
 {
-  return NULL;
+  return create(name, token, MODEL_EXCHANGE, log, environment);
 }
 
 EXPORTED void *fmi3InstantiateScheduledExecution(text name, text token, text resources, bool visible, bool logging,
@@ -45,19 +41,15 @@ EXPORTED void *fmi3InstantiateScheduledExecution(text name, text token, text res
 
 EXPORTED void fmi3FreeInstance(void *unit) { end(unit); }
 
-EXPORTED status fmi3EnterInitializationMode(void *component, bool with_tolerance, double tolerance, double start,
+EXPORTED status fmi3EnterInitializationMode(void *unit, bool with_tolerance, double tolerance, double start,
                                             bool with_stop, double stop)
 {
-  instance *unit = component;
-  REQUIRE(unit, 1);
-  if (!is_number(start)) return complain(unit, ERROR, "the start of an experiment is a number");
-  if (unit->now.phase == INSTANTIATED) unit->now.time = start;
-  return enter(unit, INSTANTIATED, INITIALISING);
+  const status found = set_up(unit, start);
+  return found == OK ? enter(unit, INSTANTIATED, INITIALISING) : found;
 }
 
-EXPORTED status fmi3ExitInitializationMode(void *unit) { return enter(unit, INITIALISING, STEPPING); }
-EXPORTED status fmi3Terminate(void *unit) { return enter(unit, STEPPING, TERMINATED); }
-
+EXPORTED status fmi3ExitInitializationMode(void *unit) { return initialise(unit); }
+EXPORTED status fmi3Terminate(void *unit) { return terminate(unit); }
 EXPORTED status fmi3Reset(void *unit) { return start_anew(unit); }
 
 EXPORTED status fmi3SetFloat64(void *unit, const uint32_t references[], size_t count, const double given[], size_t size)
@@ -72,24 +64,19 @@ EXPORTED status fmi3GetFloat64(void *unit, const uint32_t references[], size_t c
   return get_numbers(unit, references, count, found);
 }
 
-EXPORTED status fmi3DoStep(void *unit, double time, double step, bool final, bool *event, bool *terminate, bool *early,
-                           double *reached)
+EXPORTED status fmi3GetDirectionalDerivative(void *unit, const uint32_t unknown[], size_t unknowns,
+                                             const uint32_t known[], size_t knowns, const double along[], size_t seeds,
+                                             double found[], size_t size)
 {
-  REQUIRE(unit, event && terminate && early && reached);
-  const status found = step_on(unit, time, step);
-  *event = *terminate = *early = false;
-  *reached = ((instance *)unit)->now.time;
-  return found;
+  if (seeds != knowns || size != unknowns) return complain(unit, ERROR, "every variable is one number");
+  return get_slopes(unit, unknown, unknowns, known, knowns, along, found);
 }
 
-EXPORTED status fmi3GetFMUState(void *unit, void **saved) { return save(unit, current(unit), saved); }
+EXPORTED status fmi3GetFMUState(void *unit, void **saved) { return save(unit, saved); }
 EXPORTED status fmi3SetFMUState(void *unit, void *saved) { return restore(unit, saved); }
 EXPORTED status fmi3FreeFMUState(void *unit, void **saved) { return release(unit, saved); }
 
-EXPORTED status fmi3SerializedFMUStateSize(void *unit, void *saved, size_t *size)
-{
-  return measure(unit, size);
-}
+EXPORTED status fmi3SerializedFMUStateSize(void *unit, void *saved, size_t *size) { return measure(unit, size); }
 
 EXPORTED status fmi3SerializeFMUState(void *unit, void *saved, uint8_t bytes[], size_t size)
 {
@@ -101,7 +88,63 @@ EXPORTED status fmi3DeserializeFMUState(void *unit, const uint8_t bytes[], size_
   return from_bytes(unit, bytes, size, saved);
 }
 
-/* What the standard asks for and this unit has none of. */
+/* --- model exchange --- */
+
+EXPORTED status fmi3EnterEventMode(void *unit) { return enter(unit, CONTINUOUS, EVENT); }
+EXPORTED status fmi3EnterContinuousTimeMode(void *unit) { return enter(unit, EVENT, CONTINUOUS); }
+EXPORTED status fmi3SetTime(void *unit, double time) { return set_time(unit, time); }
+
+EXPORTED status fmi3UpdateDiscreteStates(void *unit, bool *update, bool *ends, bool *nominals, bool *values, bool *defined,
+                                         double *next)
+{
+  REQUIRE(unit, update && ends && nominals && values && defined && next);
+  *update = *ends = *nominals = *values = *defined = false;
+  *next = 0.0;
+  return OK;
+}
+
+EXPORTED status fmi3CompletedIntegratorStep(void *unit, bool forgets, bool *enters, bool *ends)
+{
+  REQUIRE(unit, enters && ends);
+  *enters = *ends = false;
+  return OK;
+}
+
+EXPORTED status fmi3SetContinuousStates(void *unit, const double x[], size_t count) { return set_states(unit, x, count); }
+EXPORTED status fmi3GetContinuousStates(void *unit, double x[], size_t count) { return get_states(unit, x, count); }
+EXPORTED status fmi3GetEventIndicators(void *unit, double found[], size_t count) { return get_events(unit, found, count); }
+EXPORTED status fmi3GetContinuousStateDerivatives(void *unit, double rates[], size_t count)
+{
+  return get_rates(unit, rates, count);
+}
+EXPORTED status fmi3GetNominalsOfContinuousStates(void *unit, double found[], size_t count)
+{
+  return get_nominals(unit, found, count);
+}
+
+static status tell_size(const instance *unit, size_t *found, size_t size)
+{
+  REQUIRE(unit, found != NULL);
+  *found = size;
+  return OK;
+}
+
+EXPORTED status fmi3GetNumberOfContinuousStates(void *unit, size_t *found) { return tell_size(unit, found, STATES); }
+EXPORTED status fmi3GetNumberOfEventIndicators(void *unit, size_t *found) { return tell_size(unit, found, EVENTS); }
+
+/* --- co-simulation --- */
+
+EXPORTED status fmi3DoStep(void *unit, double time, double step, bool final, bool *event, bool *terminate, bool *early,
+                           double *reached)
+{
+  REQUIRE(unit, event && terminate && early && reached);
+  const status found = step_on(unit, time, step);
+  *event = *terminate = *early = false;
+  *reached = ((instance *)unit)->now.time;
+  return found;
+}
+
+/* --- what the standard asks for and this unit has none of --- */
 
 #define NO(name, ...) \
   EXPORTED status fmi3##name(__VA_ARGS__) { return complain(unit, ERROR, "this unit has none of these"); }
@@ -128,8 +171,6 @@ NO(SetClock, void *unit, const uint32_t references[], size_t count, const bool g
 NO(GetNumberOfVariableDependencies, void *unit, uint32_t reference, size_t *found)
 NO(GetVariableDependencies, void *unit, uint32_t dependent, size_t elements[], uint32_t independents[],
    size_t independent_elements[], int kinds[], size_t count)
-NO(GetDirectionalDerivative, void *unit, const uint32_t unknown[], size_t unknowns, const uint32_t known[],
-   size_t knowns, const double seed[], size_t seeds, double found[], size_t size)
 NO(GetAdjointDerivative, void *unit, const uint32_t unknown[], size_t unknowns, const uint32_t known[], size_t knowns,
    const double seed[], size_t seeds, double found[], size_t size)
 NO(GetOutputDerivatives, void *unit, const uint32_t references[], size_t count, const int32_t orders[], double found[],
@@ -137,20 +178,8 @@ NO(GetOutputDerivatives, void *unit, const uint32_t references[], size_t count, 
 
 NO(EnterConfigurationMode, void *unit)
 NO(ExitConfigurationMode, void *unit)
-NO(EnterEventMode, void *unit)
 NO(EnterStepMode, void *unit)
-NO(EnterContinuousTimeMode, void *unit)
 NO(EvaluateDiscreteStates, void *unit)
-NO(UpdateDiscreteStates, void *unit, bool *update, bool *terminate, bool *nominals, bool *values, bool *defined, double *next)
-NO(CompletedIntegratorStep, void *unit, bool final, bool *event, bool *terminate)
-NO(SetTime, void *unit, double time)
-NO(SetContinuousStates, void *unit, const double given[], size_t count)
-NO(GetContinuousStates, void *unit, double found[], size_t count)
-NO(GetContinuousStateDerivatives, void *unit, double found[], size_t count)
-NO(GetNominalsOfContinuousStates, void *unit, double found[], size_t count)
-NO(GetEventIndicators, void *unit, double found[], size_t count)
-NO(GetNumberOfContinuousStates, void *unit, size_t *found)
-NO(GetNumberOfEventIndicators, void *unit, size_t *found)
 NO(ActivateModelPartition, void *unit, uint32_t clock, double time)
 
 NO(GetIntervalDecimal, void *unit, const uint32_t clocks[], size_t count, double intervals[], int kinds[])

@@ -1,26 +1,30 @@
-"""A machine as a unit for co-simulation: its drive's speed is the input, angle, motions and forces
-are outputs.
+"""Units (FMI) of machines and of mechanisms that move freely, and what makes them differ.
 
-The templates are `fmu.c` in the folder of this file, and those of `c99`.
+Of a machine the drive's speed is the input; angle, motions and forces are outputs. A mechanism that
+moves freely has states, which another program or the unit itself integrates. The templates are
+`driven.c`, `free.c`, and those of `c99` and `dynamics`.
 """
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from planter.engine.machine import Machine, Value
 from planter.errors import InputError
-from planter.exports import c99, co_simulation, quantities
-from planter.exports.c99 import quote_strings, read_template
-from planter.exports.co_simulation import MAIN, UnitModel, Variable, Version
+from planter.exports import c99, dynamics, fmi, quantities
+from planter.exports.c99 import join_numbers, quote_strings, read_template
+from planter.exports.fmi import MAIN, Causality, UnitModel, Variable
 from planter.exports.quantities import SideQuantity
 from planter.exports.results import MissingLibrary, UnitWritten
 from planter.files import units
 from planter.kernels.compiler import CompilerError
+from planter.mechanism.state_space.model import DynamicsModel, DynamicsVariable
 from planter.report.files import output_folder, write_bytes
 from planter.report.folder import check_files
 from planter.version import __version__
@@ -31,49 +35,60 @@ if TYPE_CHECKING:
 DEGREES: dict[str, Any] = {"display_unit": "deg", "factor": units.unit_factor("phi_deg")}
 RESERVED = ("speed", "phi_start", "phi", "time")
 """Names of the unit's own variables, and the time, which FMI knows."""
+RATE_UNITS = {"m": "m/s", "rad": "rad/s", "m/s": "m/s2", "rad/s": "rad/s2", "1": "1/s"}
+"""Units of rates by those of states."""
+FREE_PERIOD, FREE_STEPS = 1.0, 500
+"""Proposed end of a free motion [s], and its steps."""
+
+# --- driven machines -----------------------------------------------------------------------------
 
 
-def build_model(machine: Machine) -> UnitModel:
-    """Return what the unit says of itself."""
+def build_driven_unit(machine: Machine) -> tuple[UnitModel, dict[str, str]]:
+    """Return what the unit says of itself, and its C files by name but for those of every unit."""
+    variables = tuple(_list_machine_variables(machine))
+    order = [*machine.moved, *quantities.list_fixed(machine)]
     speed = abs(float(machine.data[machine.speed]))
-    return UnitModel(
+    model = UnitModel(
         name=quantities.build_name(machine),
         title=machine.name,
         meaning=f"{quantities.build_headline(machine)}. The drive's speed is prescribed: motions "
-        f"and forces are those "
-        "of a constant speed of its value, and loads do not change it; over a step it is constant. "
-        f"Assumes: {'; '.join(machine.assumptions)}.",
-        tool=f"planter {__version__}",
-        variables=tuple(_list_variables(machine)),
+        "and forces are those of a constant speed of its value, and loads do not change it; over a "
+        f"step it is constant. Assumes: {'; '.join(machine.assumptions)}.",
+        variables=variables,
         period=machine.turn / speed if speed else 1.0,
         steps=machine.samples,
     )
+    headline = c99.describe_machine(machine)["headline"]
+    plain = replace(machine, objective=()) if machine.objective else machine
+    sources = c99.build_source_files(plain)
+    fields = {"speed": order.index(machine.speed)}
+    return model, _complete_texts("driven.c", model, headline, sources, fields)
 
 
-def build_sources(machine: Machine) -> dict[str, str]:
-    """Return the C files of the unit by name, but for those of every unit."""
-    name = quantities.build_name(machine)
-    settable = [variable for variable in _list_variables(machine) if variable.causality != "output"]
-    order = [*machine.moved, *quantities.list_fixed(machine)]
+def _complete_texts(
+    template: str,
+    model: UnitModel,
+    headline: str,
+    sources: Mapping[str, str],
+    fields: Mapping[str, Any],
+) -> dict[str, str]:
+    """Return the sources of a model, without its program, and `MAIN` from a template."""
+    starts = {x.name: x.start for x in model.variables if x.start is not None}
     values = {
-        **c99.describe_machine(machine),
-        "name": name,
-        "NAME": name.upper(),
-        "speed": order.index(machine.speed),
-        "starts": ", ".join(repr(variable.start) for variable in settable),
-        "names": quote_strings(f"{variable.name} is not finite" for variable in settable),
+        "headline": headline,
+        "version": __version__,
+        "name": model.name,
+        "NAME": model.name.upper(),
+        "starts": join_numbers(list(starts.values())),
+        "names": quote_strings(f"{name} is not finite" for name in starts),
+        **fields,
     }
-    plain = machine if machine.objective == () else replace(machine, objective=())
-    texts = {
-        file: text
-        for file, text in c99.build_source_files(plain).items()
-        if not file.endswith("_main.c")
-    }
-    return texts | {MAIN: read_template("fmu.c").substitute(values)}
+    texts = {file: text for file, text in sources.items() if not file.endswith("_main.c")}
+    return texts | {MAIN: read_template(template).substitute(values)}
 
 
-def _list_variables(machine: Machine) -> Iterator[Variable]:
-    """Yield the variables in the order of `fmu.c`."""
+def _list_machine_variables(machine: Machine) -> Iterator[Variable]:
+    """Yield the variables in the order of `driven.c`."""
     value, speed = machine.values[machine.speed], float(machine.data[machine.speed])
     yield Variable(
         "speed",
@@ -154,47 +169,83 @@ def _display(key: str, unit: str) -> dict[str, Any]:
     )
 
 
-def write_unit(machine: Machine, file: Path, fmi: str = "2.0") -> UnitWritten:
-    """Write the unit, by a version of FMI. Raises as `pack_unit`."""
-    version, model = co_simulation.VERSIONS[fmi], build_model(machine)
-    return pack_unit(version, model, build_sources(machine), file, fmi)
+# --- free motion ---------------------------------------------------------------------------------
 
 
-def pack_unit(
-    version: Version, model: UnitModel, sources: Mapping[str, str], file: Path, fmi: str
-) -> UnitWritten:
-    """Write a unit of C sources by name, with the libraries that can be built here.
+def build_free_unit(model: DynamicsModel) -> tuple[UnitModel, dict[str, str]]:
+    """Return what the unit says of itself, and its C files by name but for those of every unit."""
+    unit = UnitModel(
+        name=dynamics.build_name(model),
+        title=model.name,
+        meaning=f"The free motion of {model.name}: states are coordinates and their rates.",
+        variables=tuple(_list_free_variables(model)),
+        period=FREE_PERIOD,
+        steps=FREE_STEPS,
+        states=len(model.states),
+        events=model.events,
+    )
+    sources, fields = dynamics.build_c_files(model), {"events": model.events}
+    return unit, _complete_texts("free.c", unit, model.name, sources, fields)
+
+
+def _list_free_variables(model: DynamicsModel) -> Iterator[Variable]:
+    """Yield the variables in the order of `free.c`."""
+    yield from _convert(model.states, "output")
+    yield from _convert(model.inputs, "input")
+    yield from _convert(model.parameters, "parameter")
+    for state in model.states:
+        unit, meaning = RATE_UNITS[state.unit], f"rate of {state.name}"
+        yield Variable(f"der({state.name})", unit, meaning, "local")
+    for variable in _convert(model.outputs, "output"):
+        yield replace(variable, start=None)
+
+
+def _convert(variables: Iterable[DynamicsVariable], causality: Causality) -> Iterator[Variable]:
+    for x in variables:
+        low, high = (None if np.isinf(end) else end for end in (x.low, x.high))
+        yield Variable(x.name, x.unit, x.meaning, causality, x.value, low, high)
+
+
+# --- files ---------------------------------------------------------------------------------------
+
+
+def write_unit(subject: Machine | DynamicsModel, file: Path, number: str = "2.0") -> UnitWritten:
+    """Write a unit by a version of FMI, with the libraries that can be built here.
 
     Raises InputError for a file whose name does not end in .fmu, or that cannot be written.
     """
     if file.suffix != ".fmu":
         raise InputError(f"--out {file}: the name of a unit's file ends in .fmu")
     check_files(file.parent, [file.name])
-    token, texts = co_simulation.complete_sources(version, model, sources)
+    model, sources = (
+        build_driven_unit(subject) if isinstance(subject, Machine) else build_free_unit(subject)
+    )
+    version = fmi.VERSIONS[number]
+    token, texts = fmi.complete_sources(version, model, sources)
     built: dict[str, tuple[str, bytes]] = {}
     left_out = []
-    for platform in co_simulation.PLATFORMS:
+    for platform in fmi.PLATFORMS:
         try:
-            built[platform] = co_simulation.build_library(platform, texts, model.name)
+            built[platform] = fmi.build_library(platform, texts, model.name)
         except CompilerError as reason:
             left_out.append(MissingLibrary(platform, str(reason)))
     target = output_folder(file.parent) / file.name
-    write_bytes(target, co_simulation.pack_unit(version, model, texts, token, built))
+    write_bytes(target, fmi.pack_unit(version, model, texts, token, built))
     causes = Counter(variable.causality for variable in model.variables)
     return UnitWritten(
-        [str(target)],
-        fmi,
-        token,
-        causes["input"],
-        causes["parameter"],
-        causes["output"],
-        list(built),
-        left_out,
+        files=[str(target)],
+        fmi=number,
+        token=token,
+        inputs=causes["input"],
+        parameters=causes["parameter"],
+        outputs=causes["output"],
+        platforms=list(built),
+        left_out=left_out,
     )
 
 
 def print_unit(console: Console, result: UnitWritten) -> None:
-    """Print what a unit for co-simulation holds, and what it does not."""
+    """Print what a unit holds, and what it does not."""
     rows = [
         ("file", ", ".join(result.files)),
         ("inputs", result.inputs),
@@ -202,6 +253,6 @@ def print_unit(console: Console, result: UnitWritten) -> None:
         ("outputs", result.outputs),
         ("libraries", ", ".join(result.platforms) or None),
     ]
-    console.table("Unit for co-simulation", ("", f"FMI {result.fmi}"), rows)
+    console.table("Unit", ("", f"FMI {result.fmi}"), rows)
     for library in result.left_out:
         print(f"no library for {library.platform}: {library.reason}")

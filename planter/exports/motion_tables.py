@@ -84,8 +84,7 @@ class PlacedColumn:
     @property
     def values(self) -> Array:
         """Values (n,) in the unit."""
-        values: Array = self.column.values / self.factor
-        return values
+        return self.column.values / self.factor
 
 
 def convert_to_key_unit(column: Column, place: str) -> PlacedColumn:

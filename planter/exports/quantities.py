@@ -50,7 +50,8 @@ class SideQuantity:
     @property
     def meaning(self) -> str:
         """The meaning, with the side if there are several."""
-        return f"{self.quantity.meaning}{f', side {self.side}' if self.side and self.sides > 1 else ''}"
+        side = f", side {self.side}" if self.side and self.sides > 1 else ""
+        return f"{self.quantity.meaning}{side}"
 
 
 def list_quantities(machine: Machine) -> list[SideQuantity]:

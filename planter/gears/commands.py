@@ -1,36 +1,15 @@
-"""The command `planter gears`."""
+"""The command `planter gears`, and options that other commands have too."""
 
 from __future__ import annotations
 
+import enum
+import math
 from collections.abc import Mapping
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
 from planter.errors import InputError
-from planter.gears.options import (
-    AddendumOption,
-    BacklashOption,
-    BoreOption,
-    CentreErrorOption,
-    ClearanceOption,
-    CuttingProcessOption,
-    KeepOption,
-    KeywayOption,
-    Module1Option,
-    Module2Option,
-    ModuleOption,
-    PressureAngleOption,
-    ProcessOption,
-    ShiftOption,
-    StepOption,
-    StlOption,
-    TeethOption,
-    TipRadiusOption,
-    ToleranceOption,
-    UndercutOption,
-    WidthOption,
-)
 from planter.report.console import Console
 from planter.report.options import (
     JsonOption,
@@ -44,20 +23,49 @@ from planter.report.writing import writes_files
 
 app = typer.Typer()
 
+
+class Keep(enum.StrEnum):
+    """Property of the gears that stays as designed: their size or their module."""
+
+    size = "size"
+    module = "module"
+
+
+class CuttingProcessOption(enum.StrEnum):
+    """Process by which the gears are cut."""
+
+    hob = "hob"
+    shaper = "shaper"
+    wire = "wire"
+
+
+ModuleOption = Annotated[
+    float | None, typer.Option("--module", min=0.05, max=50, help="module [mm]", show_default=False)
+]
+Module1Option = Annotated[
+    float | None,
+    typer.Option("--module1", min=0.05, max=50, help="module of stage 1 [mm]", show_default=False),
+]
+Module2Option = Annotated[
+    float | None,
+    typer.Option("--module2", min=0.05, max=50, help="module of stage 2 [mm]", show_default=False),
+]
+
 HELP = """Cut teeth on the pitch curves of a machine, or of a file.
 
 Their mesh is solved and checked, and they are written as files for a workshop.
 
-MACHINE is a planting device: both of its stages are cut; or a seedling pick-up: its sun and intermediate gear have
-teeth where the arm moves, and locking arcs where it dwells. --curve takes a CSV file with the columns polar_deg and
-radius_mm over a closed turn, or FILE:PREFIX for columns PREFIX_polar_deg and PREFIX_radius_mm, as `planter train`
-writes them; its mate is the conjugate, with which --mate is compared.
+MACHINE is a planting device: both of its stages are cut; or a seedling pick-up: its sun and
+intermediate gear have teeth where the arm moves, and locking arcs where it dwells. --curve takes
+a CSV file with the columns polar_deg and radius_mm over a closed turn, or FILE:PREFIX for columns
+PREFIX_polar_deg and PREFIX_radius_mm, as `planter train` writes them; its mate is the conjugate,
+with which --mate is compared.
 
-For a planting device it also reports the effect of tooth friction: without friction, by the paper's convention, and
-against the sliding, with the lost work.
+For a planting device it also reports the effect of tooth friction: without friction, by the
+paper's convention, and against the sliding, with the lost work.
 
-Every flank is exact, and so are the numbers; --out writes a drawing (DXF with arcs), a preview (SVG) and a table of
-each gear, the assembly, figures and a page; --step and --stl solids too.
+Every flank is exact, and so are the numbers; --out writes a drawing (DXF with arcs), a preview
+(SVG) and a table of each gear, the assembly, figures and a page; --step and --stl solids too.
 
 \b
     planter gears wang2017 --module 2 --backlash-mm 0.05 --out gears
@@ -95,23 +103,108 @@ def gears(
     module: ModuleOption = None,
     module1: Module1Option = None,
     module2: Module2Option = None,
-    teeth: TeethOption = None,
-    keep: KeepOption = None,
-    pressure_angle: PressureAngleOption = None,
-    addendum: AddendumOption = None,
-    clearance: ClearanceOption = 0.25,
-    shift: ShiftOption = None,
-    tip_radius: TipRadiusOption = 1.0,
-    backlash_mm: BacklashOption = 0.0,
-    centre_error_mm: CentreErrorOption = 0.0,
-    process: ProcessOption = CuttingProcessOption.hob,
-    allow_undercut: UndercutOption = False,
-    tolerance_um: ToleranceOption = 1.0,
-    bore_mm: BoreOption = None,
-    keyway_mm: KeywayOption = None,
-    width_mm: WidthOption = 12.0,
-    step: StepOption = False,
-    stl: StlOption = False,
+    teeth: Annotated[
+        str | None,
+        typer.Option(
+            "--teeth",
+            metavar="Z1,Z2",
+            help="tooth counts of a gear of stage 1 and of stage 2 [default: the "
+            "integer nearest to the pitch curve's length over pi m]",
+            show_default=False,
+        ),
+    ] = None,
+    keep: Annotated[
+        Keep | None,
+        typer.Option(
+            help="retain the designed size and adapt the module, or keep the module and scale "
+            "the pair [default: the size with --teeth, else the module]",
+            show_default=False,
+        ),
+    ] = None,
+    pressure_angle: Annotated[
+        float | None,
+        typer.Option(
+            min=10,
+            max=35,
+            help="pressure angle of the rack [deg] [default: the machine's, else 20]",
+            show_default=False,
+        ),
+    ] = None,
+    addendum: Annotated[
+        float | None,
+        typer.Option(
+            min=0.3,
+            max=1.5,
+            help="addendum of the rack in modules [default: the machine's, else 1]",
+            show_default=False,
+        ),
+    ] = None,
+    clearance: Annotated[
+        float, typer.Option(min=0.02, max=0.6, help="clearance in modules")
+    ] = 0.25,
+    shift: Annotated[
+        float | None,
+        typer.Option(
+            min=-1,
+            max=1,
+            help="profile shift of the first gear in modules, its mate's is the opposite [default: "
+            "the machine's, else 0]",
+            show_default=False,
+        ),
+    ] = None,
+    tip_radius: Annotated[
+        float,
+        typer.Option(
+            min=0.01,
+            max=1,
+            help="tip radius of the rack in modules; a smaller one cuts a deeper root",
+        ),
+    ] = 1.0,
+    backlash_mm: Annotated[
+        float,
+        typer.Option(
+            "--backlash-mm", min=0, max=10, help="circumferential backlash, shared by both gears"
+        ),
+    ] = 0.0,
+    centre_error_mm: Annotated[
+        float,
+        typer.Option(
+            "--centre-error-mm",
+            min=0,
+            max=5,
+            help="also report lost motion and contact ratio for axes farther apart by this",
+        ),
+    ] = 0.0,
+    process: Annotated[
+        CuttingProcessOption,
+        typer.Option(help="manufacturing process; a hob cannot cut concave pitch curves"),
+    ] = CuttingProcessOption.hob,
+    allow_undercut: Annotated[
+        bool, typer.Option("--allow-undercut", help="allow undercut flanks")
+    ] = False,
+    tolerance_um: Annotated[
+        float, typer.Option("--tolerance-um", min=0.05, max=100, help="tolerance of the arcs")
+    ] = 1.0,
+    bore_mm: Annotated[
+        float | None,
+        typer.Option("--bore-mm", min=0.5, max=1000, help="bore of every gear", show_default=False),
+    ] = None,
+    keyway_mm: Annotated[
+        str | None,
+        typer.Option(
+            "--keyway-mm",
+            metavar="WIDTH,DEPTH|none",
+            help="keyway in the bore [default: DIN 6885-1's]",
+            show_default=False,
+        ),
+    ] = None,
+    width_mm: Annotated[
+        float, typer.Option("--width-mm", min=0.1, max=1000, help="width of the gears")
+    ] = 12.0,
+    step: Annotated[
+        bool, typer.Option("--step", help="also solids in STEP (needs planter[step])")
+    ] = False,
+    stl: Annotated[bool, typer.Option("--stl", help="also solids in STL")] = False,
     set_: SetOption = None,
     speed_rpm: SpeedOption = None,
     as_json: JsonOption = False,
@@ -120,6 +213,7 @@ def gears(
     console = Console(as_json)
     with console.outcome():
         from planter.gears import gear_set, request
+        from planter.gears.geometry.cutting import ToothOrder
         from planter.gears.presentation import present_gears
 
         if (machine is None) == (curve is None):
@@ -134,16 +228,27 @@ def gears(
         settings = request.parse_part_settings(
             tolerance_um, bore_mm, keyway_mm, width_mm, step, stl
         )
-        rack_options = {"pressure_angle": pressure_angle, "addendum": addendum, "shift": shift}
-        explicit = {name: value for name, value in rack_options.items() if value is not None}
-        rack = request.Teeth(
+        angle = None if pressure_angle is None else math.radians(pressure_angle)
+        rack_options = {"pressure_angle": angle, "addendum": addendum, "shift": shift}
+        explicit: dict[str, Any] = {
+            name: value for name, value in rack_options.items() if value is not None
+        }
+        order = ToothOrder(
             clearance=clearance,
             tip_radius=tip_radius,
-            backlash_mm=backlash_mm,
-            centre_error_mm=centre_error_mm,
+            play=backlash_mm * 1e-3,
             process=process,
             allow_undercut=allow_undercut,
             **explicit,
+        )
+        options = request.GearOptions(
+            order,
+            frozenset(explicit),
+            request.parse_modules(module, module1, module2),
+            request.parse_tooth_counts(teeth),
+            keep,
+            parse_changes(set_),
+            speed_rpm,
         )
         if curve is not None:
             stages = {"--module1": module1, "--module2": module2}
@@ -151,28 +256,13 @@ def gears(
                 "goes with MACHINE, not with --curve",
                 {**stages, "--set": set_, "--speed-rpm": speed_rpm},
             )
-            gear_pair = gear_set.build_curve_set(
-                curve, mate, request.GearTurns.parse(turns), rack, module, teeth, keep
-            )
-            result = gear_set.make_gear_set(gear_pair, rack, settings, out, console.progress)
+            gears_ = gear_set.cut_curve(curve, mate, request.GearTurns.parse(turns), options)
         else:
             assert machine is not None
             _check("goes with --curve, not with MACHINE", {"--mate": mate, "--turns": turns != "1"})
-            modules, numbers = (
-                request.parse_modules(module, module1, module2),
-                request.parse_tooth_counts(teeth),
-            )
-            options = request.GearOptions(
-                rack,
-                settings,
-                frozenset(explicit),
-                modules,
-                numbers,
-                keep,
-                parse_changes(set_),
-                speed_rpm,
-            )
-            result = request.find_adapter(machine).make(machine, options, out, console.progress)
+            gears_ = gear_set.cut_machine(machine, options)
+        farther = centre_error_mm * 1e-3
+        result = gear_set.make_gears(gears_, settings, farther, out, console.progress)
         present_gears(result).show(console)
 
 

@@ -17,7 +17,7 @@ from planter.gears.geometry.intermittent_gears import IncompleteGear
 from planter.gears.geometry.intermittent_proof import FREE_ANGLE, IncompleteGearCycle
 from planter.gears.geometry.mesh import SIDES
 from planter.gears.geometry.polygons import build_polygon
-from planter.gears.parts import AnyGear, PlacedGear
+from planter.gears.parts import PlacedGear
 from planter.gears.results import FrictionCurves
 from planter.kernels import Array
 from planter.numerics.arrays import TURN
@@ -70,9 +70,7 @@ def plot_mesh(pair: ToothedPair) -> Figure:
     mesh, period = pair.mesh, pair.mesh.period
     for axes, quarter in zip(figure.subplots(2, 2).flat, range(4), strict=True):
         contact_arc = np.array([quarter * period * mesh.pitch / 4])
-        gear, mate = mesh.places(contact_arc)
-        _draw_gear(axes, mesh.gear, gear[0, 0], (0.0, 0.0), style.BLUE)
-        _draw_gear(axes, mesh.mate, mate[0, 0], (mate[1, 0], mate[2, 0]), style.VERMILION)
+        _draw_pair(axes, mesh.gears, mesh.places(contact_arc))
         axes.plot(
             *(_MM * Contacts(mesh, mesh.facing(contact_arc)).points),
             ".",
@@ -82,7 +80,6 @@ def plot_mesh(pair: ToothedPair) -> Figure:
         radius = _MM * float(np.hypot(*mesh.gear.curve.at(mesh.pair.sense * contact_arc)[:2])[0])
         width = _MM * _WINDOW * mesh.pitch
         axes.plot(radius, 0, "o", color=style.PAPER, markeredgecolor=style.INK, markersize=4)
-        axes.set_aspect("equal")
         axes.set_xlim(radius - 0.7 * width, radius + 0.7 * width)
         axes.set_ylim(-width, width)
         axes.set_title(f"{quarter}/4 of a period")
@@ -186,29 +183,37 @@ def build_figures(
     return plots | ({"friction": plot_friction(rubbing)} if rubbing else {})
 
 
+def _draw_pair(axes: Axes, gears: Sequence[Gear], places: Sequence[Array]) -> None:
+    """Draw both gears at positions (3, 1): angle [rad] and axis [m]."""
+    for gear, place, shade in zip(gears, places, (style.BLUE, style.VERMILION), strict=True):
+        angle, x, y = place[:, 0]
+        _draw_gear(axes, gear, angle, (x, y), shade)
+    axes.set_aspect("equal")
+
+
 def _draw_gear(
-    axes: Axes, gear: AnyGear, angle: float, centre: tuple[float, float], shade: str
+    axes: Axes, gear: Gear, angle: float, centre: tuple[float, float], shade: str
 ) -> None:
     outline, pitch = (
         _MM * (_rotate(line, angle) + np.asarray(centre))
-        for line in (_find_vertices(gear), gear.pitch_points(np.linspace(0, 1, 361)))
+        for line in (_find_vertices(gear), gear.pitch_line.at(np.linspace(0, 1, 361)))
     )
     axes.fill(*outline.T, facecolor=shade, alpha=0.12, edgecolor="none")
     axes.plot(*np.vstack([outline, outline[:1]]).T, color=shade, linewidth=0.8, label=gear.name)
     axes.plot(*pitch.T, color=shade, linewidth=0.5, linestyle=(0, (6, 3)))
 
 
-def _find_vertices(gear: AnyGear) -> Array:
+def _find_vertices(gear: Gear) -> Array:
     return gear.points if isinstance(gear, IncompleteGear) else build_polygon(gear)
 
 
 def _rotate(line: Array, angle: float) -> Array:
     c, s = np.cos(angle), np.sin(angle)
-    return np.asarray(line @ np.array([[c, s], [-s, c]]))
+    return line @ np.array([[c, s], [-s, c]])
 
 
 def _polar_angles(gear: Gear, s: Array) -> Array:
-    return np.asarray(np.mod(np.degrees(gear.curve.at(s)[5]), 360))
+    return np.mod(np.degrees(gear.curve.at(s)[5]), 360)
 
 
 _COLUMNS = 2
@@ -272,7 +277,7 @@ def build_scene(pair: ToothedPair) -> Scene:
 
 
 def _build_scene(
-    gears: Sequence[AnyGear], distance: float, angles: Sequence[Array], place: str
+    gears: Sequence[Gear], distance: float, angles: Sequence[Array], place: str
 ) -> Scene:
     """Return the scene of two gears at angles (n,) [deg], their axes at a distance [m]."""
     bodies = []
@@ -328,12 +333,7 @@ def plot_dwell(turn: IncompleteGearCycle) -> Figure:
     for axes, (title, places) in zip(
         figure.subplots(1, 3, sharey=True), positions.items(), strict=True
     ):
-        for gear, place, shade in zip(
-            gears.gears, places, (style.BLUE, style.VERMILION), strict=True
-        ):
-            angle, x, y = place[:, 0]
-            _draw_gear(axes, gear, angle, (x, y), shade)
-        axes.set_aspect("equal")
+        _draw_pair(axes, gears.gears, places)
         axes.set_xlim(_MM * gears.radius - 12, _MM * gears.radius + 12)
         axes.set_ylim(-_MM * gears.radius, _MM * gears.radius)
         axes.set_title(title)
@@ -406,7 +406,7 @@ def plot_lands(turn: IncompleteGearCycle) -> Figure:
     """
     figure = style.new_figure(4.2)
     above, below = figure.subplots(2, 1)
-    _plot_lands(above, below, [gear.row for gear in turn.gears.gears])
+    _plot_lands(above, below, turn.gears.gears)
     below.set_ylim(0, 1)
     return figure
 

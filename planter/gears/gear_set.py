@@ -5,17 +5,20 @@ written.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import shapely
 
+from planter import text_files
 from planter.errors import GeometryError, InputError
+from planter.files import examples
+from planter.files.kinds import load_part
 from planter.gears.geometry import cutting
 from planter.gears.geometry.contacts import Contacts
-from planter.gears.geometry.cutting import ToothedPair, cut_teeth
+from planter.gears.geometry.cutting import ToothedPair, ToothOrder, cut_teeth
 from planter.gears.geometry.gear import Gear
 from planter.gears.geometry.intermittent_gears import IncompleteGear, IntermittentPair
 from planter.gears.geometry.intermittent_proof import (
@@ -24,11 +27,9 @@ from planter.gears.geometry.intermittent_proof import (
     IncompleteGearCycle,
     LooseAngles,
 )
-from planter.gears.options import Keep
-from planter.gears.parts import AnyGear, GearPart, PartSettings, PlacedGear, check_parts
-from planter.gears.request import GearTurns, Teeth, find_curve_path, load_pair, parse_tooth_counts
+from planter.gears.parts import GearPart, PartSettings, PlacedGear, check_parts
+from planter.gears.request import GearOptions, GearTurns, find_curve_path, load_pair
 from planter.gears.results import (
-    Friction,
     FrictionCurves,
     GearCut,
     GearsFound,
@@ -50,119 +51,120 @@ from planter.version import __version__
 
 @dataclass(frozen=True)
 class GearSet:
-    """A set of toothed pairs, its gears in their mounting positions, and the provenance of both."""
+    """Toothed pairs of a machine cut by an order, or an intermittent pair; its gears in their
+    mounting positions, and the provenance of both.
+    """
 
     machine: str
-    pairs: Sequence[ToothedPair]
+    order: ToothOrder
     placed: Sequence[PlacedGear]
-    scaled: Scaled | None
     provenance: Mapping[str, Any]
+    pairs: Sequence[ToothedPair] = ()
+    intermittent: IntermittentPair | None = None
+    scaled: Scaled | None = None
     rubbing: FrictionCurves | None = None
 
 
-def make_gear_set(
+def cut_machine(source: str, options: GearOptions) -> GearSet:
+    """Return the gears of a machine file or built-in name.
+
+    The package of its kind brings a module `toothed` with a function `cut_gears` of the same
+    arguments. Raises InputError if it has none, for an invalid file or option, GeometryError for
+    gears that cannot be cut.
+    """
+    module: Any = load_part(source, "toothed")
+    if module is not None:
+        return module.cut_gears(source, options)
+    text_files.parse_toml(examples.read_source(source), source)
+    names = [name for name in examples.list_examples(suffix=".toml") if load_part(name, "toothed")]
+    raise InputError(
+        f"{source}: `planter gears` does not cut gears of this machine; use one like "
+        f"{', '.join(names)}"
+    )
+
+
+def cut_curve(curve: str, mate: str | None, turns: GearTurns, options: GearOptions) -> GearSet:
+    """Return the pair of a curve in a file, the faster gear first.
+
+    Raises InputError for tooth counts that contradict the ratio of the mate.
+    """
+    counts = options.counts
+    place = f"--teeth {','.join(map(str, counts))}"
+    if counts and counts[0] * turns.gear % turns.mate:
+        raise InputError(
+            f"{place}: the mate turns {turns.mate} times in a turn of the gear, whose teeth must "
+            f"be a multiple of {turns.mate}"
+        )
+    if len(counts) == 2 and counts[1] * turns.mate != turns.gear * counts[0]:
+        raise InputError(
+            f"{place}: the mate turns {turns.mate} times in {turns.gear} turns of the gear and "
+            f"needs {turns.gear * counts[0] // turns.mate} teeth if the gear has {counts[0]}"
+        )
+    # the faster gear comes first: with several turns of the mate that is the mate
+    first = tuple(count // turns.mate for count in counts)
+    names = ("gear", "mate") if turns.mate == 1 else ("mate", "gear")
+    order = replace(options, counts=first).order_pair(0)
+    pair = cut_teeth(load_pair(curve, mate, turns), order, curve, names)
+    provenance: dict[str, Any] = {"planter": __version__}
+    for source in (curve, mate):
+        if source is not None:
+            provenance[f"{Path(source).name} sha256"] = hash_file(find_curve_path(source))
+    placed = place_gears(pair.gears, pair.mesh.places(np.zeros(1)))
+    return GearSet(Path(curve).stem, options.order, placed, provenance, [pair])
+
+
+def make_gears(
     gears: GearSet,
-    teeth: Teeth,
     settings: PartSettings,
-    out: Path | None,
+    farther: float = 0.0,
+    out: Path | None = None,
     progress: Listener | None = None,
 ) -> GearsFound:
     """Return the result of a set of gears, and write its files if a folder is given.
 
-    Raises InputError for a bore that leaves too thin a rim or a folder that cannot be written,
-    GeometryError if teeth overlap.
+    `farther` is an error of the centre distance [m]. Raises InputError for a bore that leaves too
+    thin a rim or a folder that cannot be written, GeometryError if teeth overlap.
     """
-    parts = check_parts(gears.placed, settings)
+    parts, order = check_parts(gears.placed, settings), gears.order
     stages = [
-        summarise_stage(k + 1, pair, parts[2 * k : 2 * k + 2], 1e-3 * teeth.centre_error_mm)
+        summarise_stage(k + 1, pair, parts[2 * k : 2 * k + 2], farther)
         for k, pair in enumerate(gears.pairs)
     ]
-    friction = gears.rubbing.result if gears.rubbing else None
-    result = _collect_result(gears.machine, teeth, stages, gears.scaled, friction=friction)
+    cycle = IncompleteGearCycle(gears.intermittent) if gears.intermittent else None
+    result = GearsFound(
+        machine=gears.machine,
+        pressure_angle_deg=float(np.degrees(order.pressure_angle)),
+        addendum=order.addendum,
+        clearance=order.clearance,
+        backlash_mm=order.play * _MM,
+        centre_error_mm=farther * _MM,
+        process=str(order.process),
+        stages=stages,
+        scaled=gears.scaled,
+        intermittent=summarise_intermittent_pair(cycle, gears.machine, farther) if cycle else None,
+        friction=gears.rubbing.result if gears.rubbing else None,
+        files=[],
+    )
     if out is None:
         return result
     from planter.gears import figures
     from planter.gears.presentation import write_gears
 
-    plots = figures.build_figures(gears.pairs, gears.placed, gears.rubbing)
-    scenes = [figures.build_scene(pair) for pair in gears.pairs]
+    if cycle:
+        plots = figures.build_dwell_figures(cycle, gears.placed)
+        scenes = [figures.build_dwell_scene(cycle)]
+    else:
+        plots = figures.build_figures(gears.pairs, gears.placed, gears.rubbing)
+        scenes = [figures.build_scene(pair) for pair in gears.pairs]
     return write_gears(out, result, parts, gears.provenance, plots, scenes, gears.rubbing, progress)
 
 
-def _collect_result(
-    machine: str,
-    teeth: Teeth,
-    stages: list[StageCut],
-    scaled: Scaled | None = None,
-    intermittent: Intermittent | None = None,
-    friction: Friction | None = None,
-) -> GearsFound:
-    return GearsFound(
-        machine,
-        teeth.pressure_angle,
-        teeth.addendum,
-        teeth.clearance,
-        teeth.backlash_mm,
-        teeth.centre_error_mm,
-        teeth.process.value,
-        stages,
-        scaled,
-        intermittent,
-        friction,
-        [],
-    )
-
-
-def build_curve_set(
-    curve: str,
-    mate: str | None,
-    turns: GearTurns,
-    teeth: Teeth,
-    module_mm: float | None,
-    count: str | None,
-    keep: Keep | None,
-) -> GearSet:
-    """Build the pair of a curve in a file, the faster gear first.
-
-    Raises InputError for tooth counts that contradict the ratio of the mate.
-    """
-    numbers = parse_tooth_counts(count)
-    if numbers and numbers[0] * turns.gear % turns.mate:
-        raise InputError(
-            f"--teeth {count}: the mate turns {turns.mate} times in a turn of the gear, whose "
-            f"teeth must be a multiple "
-            f"of {turns.mate}"
-        )
-    if len(numbers) == 2 and numbers[1] * turns.mate != turns.gear * numbers[0]:
-        raise InputError(
-            f"--teeth {count}: the mate turns {turns.mate} times in {turns.gear} turns of the "
-            f"gear and needs "
-            f"{turns.gear * numbers[0] // turns.mate} teeth if the gear has {numbers[0]}"
-        )
-    # the faster gear comes first: with several turns of the mate that is the mate
-    first = numbers[0] // turns.mate if numbers else None
-    names = ("gear", "mate") if turns.mate == 1 else ("mate", "gear")
-    pair = cut_teeth(
-        load_pair(curve, mate, turns), teeth.order(first, module_mm, keep), curve, names
-    )
-    placed = _place_gears(pair.gears, pair.mesh.places(np.zeros(1)))
-    return GearSet(Path(curve).stem, [pair], placed, None, _provenance(curve, mate))
-
-
-def _place_gears(gears: Sequence[AnyGear], positions: Sequence[Array]) -> list[PlacedGear]:
+def place_gears(gears: Sequence[Gear], positions: Sequence[Array]) -> list[PlacedGear]:
     """Return both gears at their positions (3, 1): angle [rad] and axis [m]."""
     return [
         PlacedGear(gear, float(angle), (float(x), float(y)))
         for gear, ((angle,), (x,), (y,)) in zip(gears, positions, strict=True)
     ]
-
-
-def _provenance(*sources: str | None) -> dict[str, Any]:
-    provenance: dict[str, Any] = {"planter": __version__}
-    for source in sources:
-        if source is not None:
-            provenance[f"{Path(source).name} sha256"] = hash_file(find_curve_path(source))
-    return provenance
 
 
 _MM = 1e3
@@ -254,35 +256,6 @@ OVERLAP_TOLERANCE = 2.5e-10
 """Overlap of touching outlines that rounding may cause, in modules squared."""
 
 
-def make_intermittent_pair(
-    pair: IntermittentPair,
-    machine: str,
-    teeth: Teeth,
-    settings: PartSettings,
-    provenance: Mapping[str, Any],
-    out: Path | None,
-    progress: Listener | None = None,
-) -> GearsFound:
-    """Return the result of an intermittent pair, and write its files if a folder is given.
-
-    Raises GeometryError if the outlines overlap, InputError for a bore that leaves too thin a rim
-    or a folder that cannot be written.
-    """
-    middle = pair.rolling.dwell_positions(np.array([0.5]))
-    parts = check_parts(_place_gears(pair.gears, middle), settings)
-    turn = IncompleteGearCycle(pair)
-    summary = summarise_intermittent_pair(turn, machine, teeth.centre_error_mm / _MM)
-    result = _collect_result(machine, teeth, [], intermittent=summary)
-    if out is None:
-        return result
-    from planter.gears import figures
-    from planter.gears.presentation import write_gears
-
-    plots = figures.build_dwell_figures(turn, [part.placed for part in parts])
-    scenes = [figures.build_dwell_scene(turn)]
-    return write_gears(out, result, parts, provenance, plots, scenes, progress=progress)
-
-
 def summarise_intermittent_pair(
     turn: IncompleteGearCycle, machine: str, farther: float = 0.0
 ) -> Intermittent:
@@ -357,10 +330,10 @@ def _find_largest(angles: Array) -> float | None:
 
 def _summarise_incomplete_gear(gear: IncompleteGear) -> IncompleteCut:
     return IncompleteCut(
-        **_find_least(gear.row),
+        **_find_least(gear),
         name=gear.name,
         teeth=gear.z,
         area_mm2=float(shapely.Polygon(gear.points).area) * _MM**2,
-        pieces=len(gear.pieces),
+        pieces=len(gear.trimmed),
         joins_mm=gear.joins * _MM,
     )

@@ -12,9 +12,8 @@ from planter.files import csv_rows
 from planter.gears.geometry.gear import Gear
 from planter.gears.geometry.intermittent_gears import IncompleteGear
 from planter.gears.workshop import arcs, drawing, solids
-from planter.gears.workshop.arcs import Arcs, ClosedCurve
+from planter.gears.workshop.arcs import Arcs
 from planter.gears.workshop.drawing import Bore, DrawingLine
-from planter.kernels import Array
 
 MIN_RIM = 0.5
 """Smallest rim between a bore with its keyway and the roots, in tooth depths: a rule of this
@@ -22,10 +21,6 @@ program.
 """
 _ROWS = 8
 """Steps of a piece in a table of flanks."""
-
-
-AnyGear = Gear | IncompleteGear
-"""A gear with teeth on the whole turn, or on part of it."""
 
 
 @dataclass(frozen=True)
@@ -47,7 +42,7 @@ class PlacedGear:
     keyway [rad] in its " "frame.
     """
 
-    gear: AnyGear
+    gear: Gear
     angle: float = 0.0
     centre: tuple[float, float] = (0.0, 0.0)
     key: float | None = None
@@ -73,9 +68,9 @@ class GearPart:
     def pitch(self) -> Arcs:
         """The pitch curve as arcs."""
         gear, tolerance = self.placed.gear, 10 * self.settings.tolerance
-        if isinstance(gear, IncompleteGear):
-            return arcs.fit_arcs([gear.pitch_line], tolerance, closed=False).arcs
-        return arcs.fit_arcs([ClosedCurve("pitch curve", gear.pitch_points)], tolerance).arcs
+        return arcs.fit_arcs(
+            [gear.pitch_line], tolerance, not isinstance(gear, IncompleteGear)
+        ).arcs
 
     @cached_property
     def bore(self) -> Bore | None:
@@ -140,17 +135,14 @@ def build_part_files(parts: Sequence[GearPart]) -> Iterator[tuple[str, bytes]]:
     yield "assembly.svg", drawing.format_svg(lines, "assembly").encode()
 
 
-def _tabulate_flanks(gear: AnyGear) -> str:
+def _tabulate_flanks(gear: Gear) -> str:
     """Return points of a gear's outline as CSV: piece, tooth, side, arc length, position, normal,
     curvature.
     """
     pieces = gear.outline()
-    samples = arcs.sample_outline(pieces, _ROWS)
-    labels = [(pieces[k].kind, pieces[k].tooth, pieces[k].side) for k in range(len(pieces))]
-    columns = samples.columns()
-    values: Array = np.column_stack(list(columns.values()))
-    rows = (
-        (*labels[k], *row) for k, row in zip(samples.piece.tolist(), values.tolist(), strict=True)
-    )
+    columns = arcs.tabulate_outline(pieces, _ROWS)
+    labels = [(piece.kind, piece.tooth, piece.side) for piece in pieces for _ in range(_ROWS + 1)]
+    numbers = zip(*(values.tolist() for values in columns.values()), strict=True)
+    rows = ((*label, *row) for label, row in zip(labels, numbers, strict=True))
     comments = (f"gear: {gear.name}", f"teeth: {gear.z}", f"module_mm: {gear.rack.module * 1e3!r}")
     return csv_rows.format_csv(comments, ("piece", "tooth", "side", *columns), rows)

@@ -39,18 +39,24 @@ CAPTIONS = {
         "Contact ratio of every pair of teeth; margin against undercut of both flanks and "
         "top land of each tooth."
     ),
-    "play": "Lost motion of the mate to either side and of both, the gap of the outlines as polygons, and the error of "
-    "transmission at every contact, without play.",
+    "play": (
+        "Lost motion of the mate to either side and of both, the gap of the outlines as polygons, "
+        "and the error of transmission at every contact, without play."
+    ),
     "dwell": "Locking arcs and the adjacent teeth, about the line of centres.",
-    "loose": "How many flanks touch over a turn, and how far the driven gear can turn from its law, the "
-    "driving gear fixed: behind the law and ahead of it.",
+    "loose": (
+        "How many flanks touch over a turn, and how far the driven gear can turn from its law, the "
+        "driving gear fixed: behind the law and ahead of it."
+    ),
     "lands": (
         "Margin against undercut of both flanks and top land of each tooth, as the rack "
         "leaves them."
     ),
-    "friction": "What friction of the teeth adds over a turn to the forces in the joints, to the motor's torque M_L "
-    "and to the power lost at both meshes of side 1: by the paper's convention, and against the "
-    "sliding.",
+    "friction": (
+        "What friction of the teeth adds over a turn to the forces in the joints, to the motor's "
+        "torque M_L and to the power lost at both meshes of side 1: by the paper's convention, and "
+        "against the sliding."
+    ),
 }
 FRICTION_HEAD = ("friction", "without", "convention", "sliding", "nearest", "farthest", "at most")
 OVERLAP_ROUNDING = 1e-9

@@ -1,66 +1,31 @@
-"""Requests for gears: options in SI units, pitch curves from files, and the machines whose gears
-can be cut.
+"""Requests for gears: options, and pitch curves from files.
 
-A machine's package brings a module `toothed` with the functions of `GearMachineAdapter`. A file of
-a pitch curve has the columns `polar_deg` and `radius_mm`, optionally with a prefix, `FILE:PREFIX`.
+A file of a pitch curve has the columns `polar_deg` and `radius_mm`, optionally with a prefix,
+`FILE:PREFIX`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, Protocol, cast
 
 import numpy as np
 
 from planter import text_files
 from planter.errors import InputError
-from planter.files import csv_rows, examples
-from planter.files.kinds import load_part
+from planter.files import csv_rows
 from planter.gears.geometry.cutting import ToothOrder
 from planter.gears.geometry.pitch_curves import (
     POLAR,
     CurvePair,
     PitchCurve,
-    build_sampled_pair,
-    find_centre_distance,
-    find_repeat,
+    SampledRadius,
 )
-from planter.gears.options import CuttingProcessOption, Keep
 from planter.gears.parts import PartSettings
-from planter.gears.results import GearsFound
 from planter.gears.workshop.drawing import Bore, Keyway, find_standard_keyway
 from planter.kernels import Array
 from planter.numerics.arrays import MAX_GAP_RATIO, TURN, find_gap
-from planter.progress import Listener
-
-
-@dataclass(frozen=True)
-class Teeth:
-    """The options of teeth in the units of the command line: mm, deg, modules."""
-
-    pressure_angle: float = 20.0
-    addendum: float = 1.0
-    clearance: float = 0.25
-    shift: float = 0.0
-    tip_radius: float = 1.0
-    backlash_mm: float = 0.0
-    centre_error_mm: float = 0.0
-    process: CuttingProcessOption = CuttingProcessOption.hob
-    allow_undercut: bool = False
-
-    def order(self, teeth: int | None, module_mm: float | None, keep: Keep | None) -> ToothOrder:
-        """Return the order for a pair in SI units."""
-        options: dict[str, Any] = {f.name: getattr(self, f.name) for f in fields(self)}
-        play = options.pop("backlash_mm") * 1e-3
-        options.pop("centre_error_mm")
-        options["pressure_angle"] = float(np.radians(self.pressure_angle))
-        options["process"] = self.process.value
-        module = None if module_mm is None else module_mm * 1e-3
-        return ToothOrder(
-            teeth=teeth, module=module, keep=keep.value if keep else None, play=play, **options
-        )
 
 
 def parse_tooth_counts(argument: str | None, limit: int = 2) -> tuple[int, ...]:
@@ -120,53 +85,30 @@ def _parse_keyway(bore_mm: float, argument: str | None) -> Keyway | None:
 
 @dataclass(frozen=True)
 class GearOptions:
-    """Options of the command for a machine's gears, in the units of the command line.
+    """Options of the command for the gears of a machine or of a curve.
 
-    `explicit` names the options of `teeth` that the user set; a machine's file may set the others.
-    `modules_mm` and `counts` belong to stages 1 and 2, `changes` are new values of the machine's
-    file by name. An adapter refuses options that do not apply to its machines.
+    `explicit` names the values of `order` that the user set; a machine's file may set the others.
+    `modules_mm` and `counts` belong to the pairs in their order, `changes` are new values of the
+    machine's file by name. A kind of machine refuses options that do not apply to it.
     """
 
-    teeth: Teeth
-    part_settings: PartSettings
+    order: ToothOrder
     explicit: frozenset[str] = frozenset()
     modules_mm: tuple[float | None, float | None] = (None, None)
     counts: tuple[int, ...] = ()
-    keep: Keep | None = None
+    keep: str | None = None
     changes: Mapping[str, float] = field(default_factory=dict)
     speed_rpm: float | None = None
 
-
-class GearMachineAdapter(Protocol):
-    """Protocol of the module `toothed` of a kind of machine."""
-
-    def make(
-        self,
-        source: str,
-        options: GearOptions,
-        out: Path | None = None,
-        progress: Listener | None = None,
-    ) -> GearsFound:
-        """Return the gears of a machine, and write their files if a folder is given.
-
-        Raises InputError for an invalid file or option, GeometryError for gears that cannot be cut.
-        """
-
-
-def find_adapter(source: str) -> GearMachineAdapter:
-    """Return the module of a machine file or built-in name.
-
-    Raises InputError if its kind has none.
-    """
-    module = load_part(source, "toothed")
-    if module is not None:
-        return cast(GearMachineAdapter, module)
-    text_files.parse_toml(examples.read_source(source), source)
-    names = [name for name in examples.list_examples(suffix=".toml") if load_part(name, "toothed")]
-    raise InputError(
-        f"{source}: `planter gears` does not cut gears of this machine; use one like "
-        f"{', '.join(names)}"
-    )
+    def order_pair(self, number: int) -> ToothOrder:
+        """Return the order for a pair by its number, from 0."""
+        module_mm = self.modules_mm[min(number, 1)]
+        return replace(
+            self.order,
+            teeth=self.counts[number] if self.counts else None,
+            module=None if module_mm is None else module_mm * 1e-3,
+            keep=self.keep,
+        )
 
 
 MIN_POINTS = 8
@@ -236,32 +178,29 @@ def load_pair(source: str, mate: str | None, turns: GearTurns = GearTurns()) -> 
     """
     polar, radius = _read_curve(source)
     sense = 1 if polar[1] > polar[0] else -1
+    samples = SampledRadius(sense * polar, radius, source, sense)
     if turns.gear > 1 and not turns.is_stated and mate is None:
-        _check_turns(sense * polar, radius, source, turns.gear)
-    pair = build_sampled_pair(sense * polar, radius, source, turns.gear, sense, turns.mate)
+        _check_turns(samples, turns.gear)
+    pair = samples.build_pair(turns.gear, turns.mate)
     if mate is not None:
-        _check_mate(
-            *((pair.mate, -pair.sense) if turns.mate == 1 else (pair.gear, pair.sense)), mate
-        )
+        number = 1 if turns.mate == 1 else 0
+        _check_mate(pair.curves[number], pair.senses[number], mate)
     return pair
 
 
-def _check_turns(polar: Array, radius: Array, source: str, turns: int) -> None:
+def _check_turns(samples: SampledRadius, turns: int) -> None:
     """Raise InputError if the mate of a curve could turn once in several turns, or several times in
     one.
     """
-    worst, later = find_repeat(polar, radius, turns)
-    if abs(later - radius[worst]) <= NEARLY_REPEATS * radius[worst]:
-        nearer, farther = (
-            find_centre_distance(polar, radius, ratio, source)
-            for ratio in (1 / turns, float(turns))
-        )
+    worst, later = samples.find_repeat(turns)
+    radius = samples.radius[worst]
+    if abs(later - radius) <= NEARLY_REPEATS * radius:
+        nearer = samples.find_centre_distance(1 / turns)
+        farther = samples.find_centre_distance(float(turns))
         raise InputError(
-            f"--turns {turns}: {source} repeats {turns} times in a turn, so its mate may turn "
-            f"once in {turns} turns "
-            f"(axes {farther * 1e3:.6g} mm apart) or {turns} times in one ({nearer * 1e3:.6g} "
-            f"mm): give --turns "
-            f"{turns}:1 or --turns 1:{turns}"
+            f"--turns {turns}: {samples.name} repeats {turns} times in a turn, so its mate may "
+            f"turn once in {turns} turns (axes {farther * 1e3:.6g} mm apart) or {turns} times in "
+            f"one ({nearer * 1e3:.6g} mm): give --turns {turns}:1 or --turns 1:{turns}"
         )
 
 

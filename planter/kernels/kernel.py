@@ -9,7 +9,6 @@ cost of a strict call.
 from __future__ import annotations
 
 import ctypes
-import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cache, partial
 from importlib import resources
@@ -119,7 +118,6 @@ class Kernel:
         self._shapes = [function.size_in(i) for i in range(function.n_in())]
         self.work = LaneTask(function, self.lanes, summed)
         self._way = backends.build_virtual_machine(self.work)
-        self._compiling: threading.Thread | None = None
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle the function only: a loaded kernel uses the virtual machine until it is compiled
@@ -139,27 +137,10 @@ class Kernel:
         """
         return self._way.loop if isinstance(self._way, backends.LaneBackend) else None
 
-    def compile(self, wait: bool = True) -> None:
-        """Run the fastest way that there is here from now on; without waiting, from when it has
-        been compiled.
-        """
-        # what is in the cache is loaded in milliseconds: no thread is worth it
-        if wait or backends.is_compiled(self.work):
-            with name_step(f"compiling {self._name}"):
-                self._way = backends.select_fastest(self.work)
-        else:
-            self._compiling = threading.Thread(
-                target=self.compile, name=f"compile {self._name}", daemon=True
-            )
-            self._compiling.start()
-
-    def settle(self) -> None:
-        """Wait for what is compiled in the background: from then on all calls are evaluated the
-        same way.
-        """
-        if self._compiling is not None:
-            self._compiling.join()
-            self._compiling = None
+    def compile(self) -> None:
+        """Run the fastest way that there is here from now on."""
+        with name_step(f"compiling {self._name}"):
+            self._way = backends.select_fastest(self.work)
 
     def __call__(self, **inputs: object) -> dict[str, Array]:
         """Outputs by name, each (rows, columns) [in the function's units]; lanes have a column

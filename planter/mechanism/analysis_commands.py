@@ -40,6 +40,7 @@ def open_machine(
     set_: Sequence[str] | None,
     speed_rpm: float | None,
     model: ModelName = ModelName.exact,
+    is_driven: bool = True,
 ) -> Machine:
     """Return the machine of a file or of a built-in name, with the numbers that `--set` and
     `--speed-rpm` change, in one of its models.
@@ -49,7 +50,7 @@ def open_machine(
     from planter.engine.machine import load_machine
 
     choices = {} if model is ModelName.exact else {"model": model.value}
-    return load_machine(source, parse_changes(set_), speed_rpm, **choices)
+    return load_machine(source, parse_changes(set_), speed_rpm, is_driven, **choices)
 
 
 @writes_files("summary.json", "report.html")
@@ -139,7 +140,7 @@ def sensitivity(
         from planter.mechanism.optimisation import compute_objective_sensitivity
         from planter.mechanism.presentation import present_sensitivity
 
-        opened = open_machine(machine, set_, speed_rpm, model)
+        opened = open_machine(machine, set_, speed_rpm, model, is_driven=False)
         result = compute_objective_sensitivity(opened, samples, least, all_values)
         present_sensitivity(result, opened).show(console, out)
 

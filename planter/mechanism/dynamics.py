@@ -8,6 +8,7 @@ of the slopes.
 
 from __future__ import annotations
 
+import copy
 import itertools
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -102,6 +103,18 @@ class Passage:
 
 
 @dataclass(frozen=True)
+class MotionStep:
+    """A step of an integrator from a time to another [s]: its states (2k, n) as a function of times
+    (n,), and the events at its end.
+    """
+
+    start: float
+    end: float
+    states: Callable[[Array], Array]
+    crossed: Sequence[Passage]
+
+
+@dataclass(frozen=True)
 class Equations:
     """Equations of motion in a state: inertia (k, k), forces (k,), slopes (c, k), bends (c,),
     speeds (c,) and gaps; SI.
@@ -158,6 +171,14 @@ class Dynamics:
             )
         self._stages = self.formulas.sidecar["functions"].keys()
         self.graphs = MotionEquations(self.formulas, self.history.place(self.data))
+
+    def with_data(self, data: Array) -> Dynamics:
+        """Return the same dynamics at other values (d,) [SI] of what its history holds."""
+        _ = self._free_kernel if self._is_free else self._kernel  # which all share
+        same = copy.copy(self)
+        vars(same).pop("_begun", None)
+        same.data, same.history = data, self.history.with_data(data)
+        return same
 
     def data_at(self, times: Array | float) -> Array:
         """Return the values of the file [SI] at times (n,) [s], (d, n); at all times (d,) if none
@@ -642,12 +663,17 @@ class Dynamics:
                 )
 
     def integrate(
-        self, times: Array, tolerance: float, state: Array, stiff: bool = False
+        self,
+        times: Array,
+        tolerance: float,
+        state: Array,
+        stiff: bool = False,
+        steps: list[MotionStep] | None = None,
     ) -> tuple[Array, list[Passage]]:
         """Return states (2k, n) [rad, m and per s] and events of a motion at times (n,) [s] from an
         allowed state.
 
-        The rest is as for `run`.
+        The integrator's steps are added to `steps`. The rest is as for `run`.
         """
         pace, share = _Pace(self.file.name, times[0], times[-1]), self._find_share(times[0], state)
         accelerate = self._bind_accelerations(share)
@@ -675,7 +701,7 @@ class Dynamics:
         begin = partial(method, rates, rtol=tolerance, atol=1e-2 * tolerance)
         solver, states, passages = begin(times[0], state, times[-1]), [state], []
         resolution = TIME_RESOLUTION * np.abs(times[[0, -1]]).max()
-        signs = np.zeros(len(self._event_names))
+        signs = np.zeros(len(self.event_names))
         with name_step(
             lambda: f"{self.file.name}: integrated {solver.t:.4g} s of {times[-1]:.4g} s"
         ):
@@ -687,7 +713,7 @@ class Dynamics:
                     )
                 crossed, after = (
                     self._find_passages(solver, signs, resolution)
-                    if self._event_names
+                    if self.event_names
                     else ([], signs)
                 )
                 inside = [
@@ -702,6 +728,8 @@ class Dynamics:
                     continue
                 signs = after
                 passages += crossed
+                if steps is not None:
+                    steps.append(MotionStep(solver.t_old, solver.t, solver.dense_output(), crossed))
                 if len(passed := times[len(states) :][times[len(states) :] <= solver.t]):
                     dense = solver.dense_output()
                     states += [self.project(time, dense(time), share) for time in passed]
@@ -721,7 +749,7 @@ class Dynamics:
         return max(RANK, PASSAGE * find_weakest_share(self.equations(time, state).slopes))
 
     @cached_property
-    def _event_names(self) -> list[str]:
+    def event_names(self) -> list[str]:
         """The names of the events, which the meanings of their values are."""
         return [
             entry["meaning"] for entry in self.formulas.sidecar["vectors"].get("events_outputs", ())
@@ -761,7 +789,7 @@ class Dynamics:
                 time = (
                     start if is_over else scipy.optimize.brentq(value, start, end, xtol=resolution)
                 )
-                passages.append(Passage(self._event_names[index], float(time), is_rising))
+                passages.append(Passage(self.event_names[index], float(time), is_rising))
             outside = values[np.abs(values) > GAP_TOLERANCE]
             if len(outside):
                 after[index] = np.sign(outside[-1])

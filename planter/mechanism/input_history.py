@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -42,8 +43,16 @@ class InputHistory:
         placed[list(self.values)] = self.symbols
         return placed
 
+    def with_data(self, data: Array) -> InputHistory:
+        """Return a history of the same symbols whose values are those of data (d,) at all times."""
+        same = copy.copy(self)
+        vars(same).update(times=np.zeros(1), values={i: data[i : i + 1] for i in self.values})
+        return same
+
     def at(self, time: float) -> Array:
         """Return the values (m,) at a time."""
+        if len(self.times) == 1:
+            return np.array([row[0] for row in self.values.values()])
         return np.array([np.interp(time, self.times, row) for row in self.values.values()])
 
     def evaluate(self, data: Array, times: Array | float) -> Array:

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from functools import cache
-from typing import NamedTuple
+from functools import cache, partial
+from typing import Any, NamedTuple
 
 import casadi as ca
 import numpy as np
 
+from planter.engine.goal import TIME
 from planter.engine.loops import KinematicLoops
 from planter.engine.machine import (
     PLACES,
     Description,
     Documentation,
+    FreeMotion,
     FunctionSignature,
     Machine,
     MachineStage,
@@ -30,6 +32,7 @@ from planter.measured.carried import add_carried_forces
 from planter.measured.sensor_view import find_sensor_view
 from planter.mechanism import file
 from planter.mechanism.file import MechanismFile
+from planter.mechanism.motion_response import MotionResponse, Motions
 from planter.text_files import read_toml
 
 ROLES: dict[str, Role] = {"law_": "law", "pivot_": "pivot", "states_": "states"}
@@ -61,11 +64,9 @@ def find_free_motion(source: str, changes: Mapping[str, float]) -> MechanismFile
 
 
 def load(source: str, changes: Mapping[str, float]) -> Machine:
-    """Return the machine of a mechanism's file.
-
-    Raises InputError as the file does, or if nothing drives it.
-    """
-    return build_machine(file.load(source, changes))
+    """Return the machine of a mechanism's file, driven or free. Raises InputError as the file does."""
+    mechanism = file.load(source, changes)
+    return build_machine(mechanism) if mechanism.is_driven else build_free_machine(mechanism)
 
 
 def describe(source: str, changes: Mapping[str, float]) -> Description:
@@ -110,20 +111,11 @@ def build_machine(mechanism: MechanismFile) -> Machine:
     if not mechanism.is_driven:
         message = f"no angle drives {mechanism.name}; run `planter move` for its free motion"
         raise InputError(f"{mechanism.source}: {message}")
-    values, stages = _values(formulas), _stages(formulas)
-    keys, names = [value.key for value in values], [value.name for value in values]
-    moved = tuple(keys.index(key) for key in mechanism.bounds)
-    factors = np.array([values[index].factor for index in moved])
-    ends = np.array(list(mechanism.bounds.values()), dtype=float).reshape(-1, 2) * factors[:, None]
+    stages = _stages(formulas)
+    names = [value.name for value in _values(formulas)]
     machine = Machine(
-        document=mechanism,
+        **_describe_design(mechanism),
         build=build_machine,
-        assumptions=tuple(sidecar["assumptions"]),
-        values=values,
-        data=mechanism.data(),
-        moved=moved,
-        lower=ends[:, 0],
-        upper=ends[:, 1],
         quantities=_quantities(formulas),
         prologue=stages.prologue,
         lane=stages.lane,
@@ -131,7 +123,6 @@ def build_machine(mechanism: MechanismFile) -> Machine:
         loops=stages.loops,
         events=stages.events,
         event_kinds=tuple(sidecar.get("events", [])),
-        samples=mechanism.turn.samples,
         vectors=_vectors(formulas),
         motors=_motors(formulas),
         acceleration=names.index(sidecar["acceleration"]) if "acceleration" in sidecar else None,
@@ -141,18 +132,75 @@ def build_machine(mechanism: MechanismFile) -> Machine:
             if q.role == "result" and q.meaning.startswith(LOSS)
         ),
         stages=stages.further,
-        objective=mechanism.objective_terms,
-        limits=mechanism.measure_limits,
-        sampling=mechanism.objective.samples if mechanism.objective else "refined",
-        genetic=mechanism.genetic_algorithm,
         angle=formulas.function("lane").name_in(0),
-        documentation=Documentation(
-            sidecar["title"], sidecar["source"], tuple(sidecar["equations"])
-        ),
     )
     machine = add_carried_forces(machine, mechanism.measurement, sidecar.get("supports", {}))
     find_sensor_view(machine)  # raises InputError if [measurement] names what the machine lacks
     return machine
+
+
+def _describe_design(mechanism: MechanismFile) -> dict[str, Any]:
+    """Return what a machine has of its file alone: values, bounds, objective, limits, texts."""
+    sidecar, values = mechanism.model.sidecar, _values(mechanism.model)
+    keys = [value.key for value in values]
+    moved = tuple(keys.index(key) for key in mechanism.bounds)
+    factors = np.array([values[index].factor for index in moved])
+    ends = np.array(list(mechanism.bounds.values()), dtype=float).reshape(-1, 2) * factors[:, None]
+    return {
+        "document": mechanism,
+        "assumptions": tuple(sidecar["assumptions"]),
+        "values": values,
+        "data": mechanism.data(),
+        "moved": moved,
+        "lower": ends[:, 0],
+        "upper": ends[:, 1],
+        "samples": mechanism.turn.samples,
+        "objective": mechanism.objective_terms,
+        "limits": mechanism.measure_limits,
+        "sampling": mechanism.objective.samples if mechanism.objective else "refined",
+        "genetic": mechanism.genetic_algorithm,
+        "documentation": Documentation(
+            sidecar["title"], sidecar["source"], tuple(sidecar["equations"])
+        ),
+    }
+
+
+def build_free_machine(mechanism: MechanismFile, span: float = 1.0) -> Machine:
+    """Return the machine of a mechanism that moves freely, whose turn is the time from 0 to `span`
+    [s].
+
+    Its states q are coordinates and rates. Actions that are statically indeterminate are no
+    quantities of it.
+    """
+    motions = Motions(mechanism, span)
+    model, turn = motions.model, 2 * np.pi
+    entries = {q.name: q for q in _quantities(mechanism.model)}
+    determined = [variable.name for variable in model.outputs[: len(model.outputs) - model.events]]
+    names = [*motions.dynamics.names, *determined]
+    phi, d, h = ca.SX.sym("phi"), ca.SX.sym("d", len(motions.dynamics.data)), ca.SX.sym("h", 0)
+    q = ca.SX.sym("q", len(motions.dynamics.names))
+    time = phi * span / turn
+    outputs = model.y(time, q, *motions.split(d))
+    inputs, labels = [phi, d, h, q], ["phi", "d", "h", "q"]
+    lane = ca.vertcat(q, outputs[: len(determined)], time)
+    events = outputs[len(determined) :]
+    return Machine(
+        **_describe_design(mechanism),
+        build=partial(build_free_machine, span=span),
+        quantities=(
+            *(entries[name] for name in names),
+            Quantity(TIME, "s", "time", units.display_key(TIME, "s")),
+        ),
+        prologue=ca.Function("prologue", [d], [ca.SX.zeros(0, 1)], ["d"], ["y"]),
+        lane=ca.Function("lane", inputs, [ca.densify(lane)], labels, ["y"]),
+        speed=-1,
+        events=ca.Function("events", inputs, [ca.densify(events)], labels, ["y"])
+        if model.events
+        else None,
+        event_kinds=tuple({"name": name, "order": 0} for name in motions.dynamics.event_names),
+        motion=FreeMotion(span, motions, MotionResponse, partial(build_free_machine, mechanism)),
+        states=q.numel(),
+    )
 
 
 class _Stages(NamedTuple):

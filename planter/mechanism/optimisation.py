@@ -14,6 +14,7 @@ from planter.engine.front import require_front, trace_front
 from planter.engine.goal import (
     Goal,
     evaluate_measure,
+    extend_span,
     find_display_unit,
     resolve_limit,
     resolve_measure,
@@ -126,6 +127,7 @@ class StatedGoal:
         """
         terms = machine.objective if objective is None else parse_sum(objective)
         limits = (*machine.limits, *map(parse_limit, holds))
+        machine = extend_span(machine, [*terms, *(limit.measure for limit in limits)])
         return cls(
             machine,
             tuple(resolve_measure(machine, measure) for measure in terms),
@@ -183,6 +185,8 @@ class StatedGoal:
 
     def require_averages(self) -> None:
         """Raise ComputationError for the mean of what does not repeat after a cycle."""
+        if self.machine.motion is not None:
+            return
         measures = (*self.objective, *(limit.measure for limit in self.limits))
         require_repeating(
             self.machine, [measure.name for measure in measures if measure.kind in AVERAGES]

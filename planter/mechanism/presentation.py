@@ -5,9 +5,9 @@ engine's machines.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from functools import cache, partial
+from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
@@ -30,9 +30,12 @@ from planter.measured.sensor_presentation import (
 from planter.mechanism import drawing
 from planter.mechanism.cycle import compute_cycle
 from planter.mechanism.drawing import PlotAxis
+from planter.mechanism.dynamics import Dynamics
 from planter.mechanism.extension import find_extension
 from planter.mechanism.file import MechanismFile
 from planter.mechanism.model import MechanismCycle, Model
+from planter.mechanism.motion import MechanismMotion, compute_motion
+from planter.mechanism.motion_response import TOLERANCE
 from planter.mechanism.optimisation import MechanismOptimum, UnfinishedOptimum
 from planter.mechanism.results import (
     ChangedStart,
@@ -73,7 +76,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from planter.mechanism.ensemble import MechanismEnsemble
-    from planter.mechanism.motion import MechanismMotion
 
 CHANGED_START = (
     "The constraints change these values of the start; `hold` of `begin` names those "
@@ -132,6 +134,11 @@ def present_optimum(optimum: MechanismOptimum) -> ResultPresentation:
     """
     result, machine = optimum.result, optimum.machine
     title, best = f"Optimum of {machine.name}", cache(lambda: compute_cycle(Model(machine)))
+    parts: dict[str, Any] = (
+        _draw_motion(title, cache(lambda: _move(machine)))
+        if machine.motion is not None
+        else {"details": lambda: _list_cycle_sections(best()), **_draw_cycle(title, best)}
+    )
     return _present(
         _describe_machine(machine),
         title,
@@ -139,13 +146,19 @@ def present_optimum(optimum: MechanismOptimum) -> ResultPresentation:
         _list_optimum_sections(result),
         conclusion=_conclude_optimum(result),
         key_figures=list(_list_optimum_figures(result)),
-        details=lambda: _list_cycle_sections(best()),
         texts=lambda: {
             OPTIMUM_FILE: format_optimum_file(optimum),
             **list_proof_files(optimum.certificate),
         },
-        **_draw_cycle(title, best),
+        **parts,
     )
+
+
+def _move(machine: Machine) -> MechanismMotion:
+    """Return the motion of a machine that moves freely over its span of time."""
+    assert machine.motion is not None
+    dynamics = Dynamics(cast(MechanismFile, machine.document))
+    return compute_motion(dynamics, machine.motion.span, machine.samples + 1, TOLERANCE)
 
 
 def present_sensitivity(result: SensitivityResult, machine: Machine) -> ResultPresentation:
@@ -279,15 +292,9 @@ def present_drive(drive: Drive) -> ResultPresentation:
 
 def present_motion(motion: MechanismMotion, file: MechanismFile) -> ResultPresentation:
     """Return the presentation of a free motion: quantities, energy, constraints, equilibrium."""
-    result, axis = (
-        motion.result,
-        PlotAxis(motion.times, "time / s", is_angle=False, column="time_s"),
-    )
+    result = motion.result
     title = f"Motion of {file.name} until {result.until_s:g} s"
-    scene = partial(drawing.build_scene, title, axis, result.until_s, motion.columns, motion.places)
-    parts = _draw_quantities(
-        lambda: (axis, motion.columns), lambda: [MotionBlock(scene(), MOTION_CAPTION)]
-    )
+    parts = _draw_motion(title, lambda: motion)
     return _present(describe_file(file), title, result, _list_motion_sections(motion), **parts)
 
 
@@ -580,6 +587,23 @@ def _draw_cycle(
         measured,
         lambda: find_extension(find_cycle().machine).draw_figures(),
     )
+
+
+def _draw_motion(title: str, find_motion: Callable[[], MechanismMotion]) -> dict[str, Any]:
+    """Return figures, table and moving scene of a free motion, which is computed only if a folder
+    is written.
+    """
+
+    def axis() -> PlotAxis:
+        return PlotAxis(find_motion().times, "time / s", is_angle=False, column="time_s")
+
+    def animate() -> Iterator[MotionBlock]:
+        motion = find_motion()
+        until = motion.result.until_s
+        scene = drawing.build_scene(title, axis(), until, motion.columns, motion.places)
+        yield MotionBlock(scene, MOTION_CAPTION)
+
+    return _draw_quantities(lambda: (axis(), find_motion().columns), animate)
 
 
 def _draw_quantities(

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
-from functools import partial
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
 
@@ -20,21 +20,15 @@ from planter.engine.loops import TURN
 from planter.engine.machine import Machine
 from planter.engine.measures import Limit, Measure
 from planter.engine.proof.certificate_file import write_certificate
-from planter.engine.proof.enclosures import (
-    EnclosedResponse,
-    ResponseProgram,
-    ResponseRecorder,
-    RootStart,
-)
-from planter.engine.proof.objective import ProvableObjective
-from planter.engine.proof.panels import MovingKinks
-from planter.engine.proof.search import SECONDS, Incumbent
-from planter.engine.proof.sums import (
+from planter.engine.proof.enclosures import Kinks, ResponseProgram, ResponseRecorder, RootStart
+from planter.engine.proof.objective import (
+    ProvableObjective,
     ProvedQuantity,
     build_provable_objective,
     check_provable,
     is_fixed,
 )
+from planter.engine.proof.search import SECONDS, Incumbent
 from planter.engine.search import SearchSpec
 from planter.engine.solvers.constraints import FEASIBILITY_TOLERANCE
 from planter.engine.solvers.response import find_breakpoints
@@ -54,11 +48,8 @@ def require_provable(goal: StatedGoal, option: str | None) -> None:
     has one.
     """
     machine = goal.machine
-    check_provable(
-        machine,
-        goal.objective,
-        "--least" if option is not None else f"{machine.source}: objective.least",
-    )
+    label = f"{machine.source}: objective.least" if option is None else "--least"
+    check_provable(machine, goal.objective, label)
 
 
 def with_proof(
@@ -87,26 +78,13 @@ def with_proof(
         for limit in goal.limits
     ]
     build = partial(build_objective, file, machine.searched, goal.objective, limits, count)
-    design = {
-        key: float(value)
-        for key, value in zip(machine.design_names, optimum.x / machine.scale, strict=True)
-    }
+    pairs = zip(machine.design_names, optimum.x / machine.scale, strict=True)
+    design = {key: float(value) for key, value in pairs}
     incumbent = Incumbent(optimum.x, design, optimum.result.objective, count, _describe_scope(goal))
-    box, sources = (
-        (machine.lower, machine.upper),
-        EnclosedMechanism(machine, file.model).list_sources(),
-    )
+    box, names = (machine.lower, machine.upper), machine.design_names
+    sources = EnclosedMechanism(machine, file.model).list_sources()
     proof, text = write_certificate(
-        build,
-        box,
-        incumbent,
-        machine.design_names,
-        sources,
-        seconds,
-        listener,
-        means,
-        earlier,
-        keep,
+        build, box, incumbent, names, sources, seconds, listener, means, earlier, keep
     )
     return replace(optimum, result=replace(optimum.result, proof=proof.result), certificate=text)
 
@@ -122,24 +100,8 @@ def build_objective(
     that are searched.
     """
     machine = replace(build_machine(file), **searched)
-    curves = QuantityCurves(machine, ())
     enclosed = EnclosedMechanism(machine, file.model)
-    return build_provable_objective(
-        machine, terms, count, enclosed.enclose, limits, partial(_find_kinks, curves)
-    )
-
-
-def _find_kinks(curves: QuantityCurves, x: Array) -> MovingKinks:
-    """Return the breakpoints of the first side at a design (p,), none if its loops do not close;
-    how they bend is not known.
-    """
-    try:
-        points = find_breakpoints(curves, curves.prologue(x))
-        chosen = ~points.is_touch & (points.sides == 0)
-        angles, velocity = points.angles[chosen], points.velocity[chosen]
-    except ComputationError:
-        return MovingKinks.none(len(x))
-    return MovingKinks(angles, velocity, np.zeros((len(angles), len(x), len(x))))
+    return build_provable_objective(machine, terms, count, enclosed, limits)
 
 
 def _describe_scope(goal: StatedGoal) -> str:
@@ -148,11 +110,7 @@ def _describe_scope(goal: StatedGoal) -> str:
     heeded = [is_fixed(goal.machine, limit.measure) for limit in goal.limits]
     if any(heeded):
         conditions.append(f"satisfies the limits{'' if all(heeded) else ' at fixed angles'}")
-    return (
-        f"no design of the box that {' and '.join(conditions)}"
-        if conditions
-        else "no design of the box"
-    )
+    return f"no design of the box{' that ' * bool(conditions)}{' and '.join(conditions)}"
 
 
 FARTHEST = 1e3
@@ -176,10 +134,6 @@ class EnclosedMechanism:
     def __init__(self, machine: Machine, formulas: Formulas) -> None:
         self.machine, self._formulas = machine, formulas
         self._module = generated.module(f"array.{formulas.name}", formulas.folder)
-
-    def enclose(self, quantities: Sequence[ProvedQuantity]) -> EnclosedResponse:
-        """Return quantities as a response."""
-        return EnclosedResponse(self.record(quantities), self.find_starts)
 
     def record(self, quantities: Sequence[ProvedQuantity]) -> ResponseProgram:
         """Return the code of quantities, with all values but those of the design as numbers."""
@@ -205,7 +159,7 @@ class EnclosedMechanism:
                 )
                 return closure
 
-            loops = recorder.solve(close, [recorder.phi, *x], limits.tolist())
+            loops = recorder.call(close, [recorder.phi, *x], limits.tolist())
         if HOISTED in functions["lane"]["inputs"]:
             names = functions["prologue"]["inputs"]
 
@@ -272,6 +226,23 @@ class EnclosedMechanism:
         is_partial = walk.assembled & ~walk.alive
         end = np.inf if is_returned else float(walk.reached[0]) if is_partial[0] else -1.0
         return [RootStart(np.where(angles <= end, walk.places[:, :, 0], np.nan), self.machine.turn)]
+
+    def find_kinks(self, x: Array) -> Kinks:
+        """Return the breakpoints of the first side at a design (p,), none if its loops do not
+        close; how they bend is not known.
+        """
+        curves, size = self._curves, len(x)
+        try:
+            points = find_breakpoints(curves, curves.prologue(x))
+        except ComputationError:
+            return np.empty(0), np.empty((0, size)), np.empty((0, size, size))
+        chosen = ~points.is_touch & (points.sides == 0)
+        angles, velocity = points.angles[chosen], points.velocity[chosen]
+        return angles, velocity, np.zeros((len(angles), size, size))
+
+    @cached_property
+    def _curves(self) -> QuantityCurves:
+        return QuantityCurves(self.machine, ())
 
 
 def _solve(xp: Any, matrix: Sequence[Sequence[Any]], right: Sequence[Any]) -> tuple[Any, ...]:

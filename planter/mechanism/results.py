@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from planter.engine.drive import DriveResult
-from planter.engine.proof.search import GlobalBound
+from planter.engine.proof.proof_results import GlobalBound
 from planter.engine.sensitivity import Direction, SensitivityResult
 from planter.engine.solvers.result import EvaluationCounts, OptimalityCertificate
 from planter.engine.summary import CycleSummary
 from planter.files.record import Record, WarningRecord
-from planter.gears.workshop.cam_results import Cam
+from planter.gears.results import Cam
 from planter.measured.findings import MeasurementResult
 
 

@@ -5,23 +5,21 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from pathlib import Path
 
 import numpy as np
 import scipy
 
 from planter.engine.machine import load_machine
 from planter.errors import InputError
+from planter.gears.gear_set import GearSet
 from planter.gears.geometry.cutting import ToothedPair, cut_teeth
-from planter.gears.geometry.pitch_curves import CurvePair, build_sampled_pair
+from planter.gears.geometry.pitch_curves import CurvePair, SampledRadius
 from planter.gears.parts import PlacedGear
 from planter.gears.request import GearOptions
-from planter.gears.results import GearsFound
 from planter.kernels import Array
 from planter.mechanism.file import MechanismFile
 from planter.mechanism.model import Model
 from planter.numerics.arrays import TURN, wrap_angle
-from planter.progress import Listener
 from planter.report import files
 
 SAMPLES = 360
@@ -84,7 +82,7 @@ class MechanismMesh:
                 f"correct the motion or the "
                 "pitch radius"
             )
-        pair = build_sampled_pair(sense * polar, radius, self.place, self.turns, sense)
+        pair = SampledRadius(sense * polar, radius, self.place, sense).build_pair(self.turns)
         if not abs(pair.distance - sums.mean()) <= PITCH_TOLERANCE * pair.distance:
             raise InputError(
                 f"{self.place}: the mate closes at {pair.distance * 1e3:.6g} mm between the axes, "
@@ -142,15 +140,11 @@ class MechanismMesh:
         }
 
 
-def make(
-    source: str, options: GearOptions, out: Path | None = None, progress: Listener | None = None
-) -> GearsFound:
+def cut_gears(source: str, options: GearOptions) -> GearSet:
     """Return the gears of every mesh.
 
     Raises InputError without a mesh, and as `MechanismMesh` and `cut_teeth` do.
     """
-    from planter.gears import gear_set
-
     machine = load_machine(source, options.changes, options.speed_rpm)
     mechanism = machine.document
     assert isinstance(mechanism, MechanismFile)
@@ -164,21 +158,10 @@ def make(
     model, pairs, placed = Model(machine), [], list[PlacedGear]()
     for number, (tag, names) in enumerate(meshes.items()):
         mesh = MechanismMesh(model, tag, _label_gears(names, tag, meshes))
-        count, module = (
-            options.counts[number] if options.counts else None,
-            options.modules_mm[min(number, 1)],
-        )
-        pairs.append(
-            cut_teeth(
-                mesh.pair(),
-                options.teeth.order(count, module, options.keep),
-                mesh.place,
-                mesh.names,
-            )
-        )
+        pairs.append(cut_teeth(mesh.pair(), options.order_pair(number), mesh.place, mesh.names))
         placed += mesh.place_gears(pairs[-1])
-    gears = gear_set.GearSet(mechanism.name, pairs, placed, None, files.list_provenance(mechanism))
-    return gear_set.make_gear_set(gears, options.teeth, options.part_settings, out, progress)
+    provenance = files.list_provenance(mechanism)
+    return GearSet(mechanism.name, options.order, placed, provenance, pairs)
 
 
 def _label_gears(

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 
 from planter.engine.proof.certificate_file import check_document, compute_digest, format_document
 from tests.attack.test_attack import SEED, share
-from tests.planter.engine.proof.test_certificate_file import Document, check_apart, prove_document
+from tests.planter.engine.proof.test_certificates import Document, check_apart, prove_document
 from tests.support.cli import run
 
 HEX = ("inf", "-inf", "nan", "0x1.0p+2000", (1e300).hex(), "0x0p+0", "x", "")

@@ -1,4 +1,4 @@
-"""Functions of units for co-simulation refuse what an importer must not hand in, and crash on
+"""Functions of units (FMI) refuse what an importer must not hand in, and crash on
 nothing.
 """
 
@@ -18,11 +18,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from planter.exports import co_simulation
 from tests.attack.test_attack import share
 from tests.planter.exports.exported import machine_file
+from tests.planter.mechanism.state_space.test_model import find_path
 from tests.support.cli import answer
 from tests.support.lanes import needs_compiler
+from tests.support.units import quick_libraries
 
 pytestmark = needs_compiler
 OK, ERROR = 0, 3
@@ -39,24 +40,13 @@ for name in sys.argv[2:]:
 
 
 @cache
-def build_unit(version: str) -> tuple[Path, str]:
+def build_unit(version: str, is_free: bool = False) -> tuple[Path, str]:
     """Return the library of a unit and the token of its description."""
     folder = Path(mkdtemp())
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(
-            co_simulation,
-            "PLATFORMS",
-            {k: v for k, v in co_simulation.PLATFORMS.items() if k == "linux64"},
-        )
-        patch.setattr(co_simulation, "FLAGS", ("-O0", *co_simulation.FLAGS[1:]))
-        record = answer(
-            "export fmu",
-            str(machine_file("slider_crank")),
-            "--fmi",
-            version,
-            "--out",
-            str(folder / "unit.fmu"),
-        )
+    path = find_path("cart") if is_free else machine_file("slider_crank")
+    with quick_libraries():
+        out = str(folder / "unit.fmu")
+        record = answer("export fmu", str(path), "--fmi", version, "--out", out)
     with ZipFile(folder / "unit.fmu") as packed:
         packed.extractall(folder)
     return next(folder.rglob("*.so")), record["token"]
@@ -68,9 +58,10 @@ def list_functions(library: Path, prefix: str) -> list[str]:
     return sorted(name for name in names if hasattr(loaded, name))
 
 
+@pytest.mark.parametrize("is_free", [False, True])
 @pytest.mark.parametrize(("version", "prefix"), [("2.0", "fmi2"), ("3.0", "fmi3")])
-def test_no_function_crashes_without_an_instance(version: str, prefix: str) -> None:
-    library = build_unit(version)[0]
+def test_no_function_crashes_without_an_instance(version: str, prefix: str, is_free: bool) -> None:
+    library = build_unit(version, is_free)[0]
     functions = list_functions(library, prefix)
     functions = [name for name in functions if not name.removeprefix(prefix).startswith(SPECIAL)]
     assert len(functions) >= 25

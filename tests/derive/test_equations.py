@@ -8,7 +8,8 @@ import pytest
 import sympy as sp
 
 from derive import papers
-from derive.discovery import import_modules
+from derive.audit.paper import Paper
+from derive.discovery import import_modules, list_offers
 from derive.equations import (
     Balance,
     Claimed,
@@ -69,7 +70,9 @@ def test_derived_equation_is_numbered_by_the_claim() -> None:
     assert derived_equation(MadeUpClaim.SUM, sp.S.Zero, relation=">").relation == ">"
 
 
-@pytest.mark.parametrize("module", import_modules(papers), ids=lambda m: m.PAPER.name)
-def test_every_equation_of_a_paper_claims_a_value(module: object) -> None:
-    equations: list[Equation] = list(module.PAPER.equations.values())  # type: ignore[attr-defined]
-    assert all(isinstance(e.claims, Balance | Definition | str) for e in equations)
+@pytest.mark.parametrize(
+    "paper", list_offers(import_modules(papers), "PAPER"), ids=lambda p: p.name
+)
+def test_every_equation_of_a_paper_claims_a_value(paper: Paper) -> None:
+    claims = [equation.claims for equation in paper.equations.values()]
+    assert all(isinstance(claim, Balance | Definition | str) for claim in claims)

@@ -5,10 +5,11 @@ what it defines.
 import pytest
 import sympy as sp
 
-from derive import gearing, papers, systems
+from derive import papers
 from derive.discovery import import_modules
 from derive.generated_folder import GENERATED
 from derive.generation import derive_models
+from derive.mechanics import gearing
 from derive.model import Let, System, join_entries, list_expressions
 from derive.papers import wang2017
 from derive.quantity import DimensionError, Quantity, dimension, of_unit
@@ -17,9 +18,7 @@ from tests.support.late import LateDict
 SYSTEMS = LateDict(
     lambda: {
         model.name: model
-        for model in derive_models(
-            (*import_modules(gearing), *import_modules(systems), *import_modules(papers))
-        )
+        for model in derive_models((*import_modules(gearing), *import_modules(papers)))
     }
 )
 NAMES = sorted(

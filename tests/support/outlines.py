@@ -13,6 +13,7 @@ import numpy as np
 from ezdxf.math import bulge_to_arc
 from scipy.integrate import quad
 
+from planter.gears.geometry.pieces import Piece
 from planter.gears.workshop.arcs import Arcs
 from planter.kernels import Array
 
@@ -43,19 +44,17 @@ class Lobes:
     def _angle(self, s: Array) -> Array:
         return self.start + (self.end - self.start) * s
 
-    def at(self, s: Array) -> Array:
-        t = self._angle(s)
-        return self.polar(t)[0][:, None] * np.column_stack([np.cos(t), np.sin(t)])
+    def rows(self, s: Array) -> Array:
+        """Points, unit tangents and curvature (5, n), as `Piece` has them."""
+        t = self.start + (self.end - self.start) * s
+        r, dr, ddr = self.polar(t)
+        pace, c, d = np.hypot(r, dr), np.cos(t), np.sin(t)
+        tangent = (dr * c - r * d) / pace, (dr * d + r * c) / pace
+        return np.array([r * c, r * d, *tangent, (r**2 + 2 * dr**2 - r * ddr) / pace**3])
 
-    def tangent(self, s: Array) -> Array:
-        t = self._angle(s)
-        r, dr, _ = self.polar(t)
-        tangents = np.column_stack([dr * np.cos(t) - r * np.sin(t), dr * np.sin(t) + r * np.cos(t)])
-        return tangents / np.hypot(r, dr)[:, None]
-
-    def curvature(self, s: Array) -> Array:
-        r, dr, ddr = self.polar(self._angle(s))
-        return (r**2 + 2 * dr**2 - r * ddr) / np.hypot(r, dr) ** 3
+    @property
+    def piece(self) -> Piece:
+        return Piece(self.kind, self.rows)
 
     def off(self, places: Array) -> Array:
         """How far places (n, 2) near it are from the whole curve [m]: along the ray, then
@@ -78,10 +77,10 @@ class Lobes:
         )
 
 
-def lobes(count: int = 12) -> list[Lobes]:
+def lobes(count: int = 12) -> list[Piece]:
     """The whole curve, in equal pieces."""
     ends = np.linspace(0, 2 * np.pi, count + 1)
-    return [Lobes(a, b) for a, b in pairwise(ends)]
+    return [Lobes(a, b).piece for a, b in pairwise(ends)]
 
 
 def sampled(arcs: Arcs, each: int = 40) -> Array:

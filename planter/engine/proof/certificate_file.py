@@ -7,7 +7,6 @@ in another arithmetic, without planter; its rules for what a file may state are 
 
 from __future__ import annotations
 
-import hashlib
 import json
 from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
@@ -20,21 +19,14 @@ from planter.engine.proof.check_proof import (
     FORMAT,
     RefusedError,
     check_form,
-    check_size,
+    compute_digest,
     state_claim,
 )
-from planter.engine.proof.enclosures import (
-    EnclosedResponse,
-    Evidence,
-    ResponseProgram,
-    RootStart,
-    list_angles,
-)
+from planter.engine.proof.enclosures import AnglePanels, ResponseProgram, RootStart, list_angles
 from planter.engine.proof.intervals import Ball, Unbounded
-from planter.engine.proof.objective import BoundedLimit, BoundedMeasure, ProvableObjective
-from planter.engine.proof.panels import AnglePanels
-from planter.engine.proof.proof_check import ProofCheck
-from planter.engine.proof.search import Box, BoxNode, Incumbent, Proof, prove_bound, share_boxes
+from planter.engine.proof.objective import BoundedMeasure, Box, Evidence, ProvableObjective
+from planter.engine.proof.proof_results import ProofCheck
+from planter.engine.proof.search import BoxNode, Incumbent, Proof, SharedObjective, prove_bound
 from planter.errors import InputError
 from planter.kernels import Array, generated
 from planter.progress import Listener
@@ -44,6 +36,8 @@ from planter.version import __version__
 
 LARGEST_BYTES, MOST_VALUES = 1_000_000_000, 100_000_000
 """Limits of a file."""
+UNREADABLE = ValueError, LookupError, TypeError
+"""What a part of another form than that of a proof raises."""
 
 
 def write_certificate(
@@ -70,17 +64,9 @@ def write_certificate(
         return format_document(build_document(proof, objective, names, sources))
 
     root = None if earlier is None else _read_earlier_tree(earlier, objective, box, incumbent)
-    with share_boxes(objective, build, means) as shared:
-        proof = prove_bound(
-            shared,
-            box,
-            incumbent,
-            seconds,
-            listener,
-            root,
-            shared.clock,
-            None if keep is None else lambda proof: keep(write(proof)),
-        )
+    save = None if keep is None else lambda proof: keep(write(proof))
+    with SharedObjective(objective, build, means) as shared:
+        proof = prove_bound(shared, box, incumbent, seconds, listener, root, shared.clock, save)
     return proof, write(proof)
 
 
@@ -98,7 +84,7 @@ def _read_earlier_tree(
         ):
             return None
         root = read_tree(document)
-    except (InputError, ValueError, KeyError, TypeError, IndexError):
+    except (InputError, *UNREADABLE):
         return None
     root.inherited = objective.floor
     for node in root.list_nodes():
@@ -112,16 +98,9 @@ def describe_claim(objective: ProvableObjective, box: Box, samples: int | None) 
     claim = {
         "kind": "true" if samples is None else "sampled",
         "samples": samples,
-        "response": objective.response.program.to_document(),
-        "terms": [_write_measure(term) for term in objective.terms],
-        "limits": [
-            {
-                **_write_measure(limit.measure),
-                "sign": limit.sign,
-                "limit": float(limit.number).hex(),
-            }
-            for limit in objective.limits
-        ],
+        "response": objective.response.to_document(),
+        "terms": [term.to_document() for term in objective.terms],
+        "limits": [limit.to_document() for limit in objective.limits],
         "all_limits": objective.heeds_all,
         "quantities": objective.list_labels(),
         "box": [_write(side) for side in box],
@@ -139,17 +118,17 @@ def build_document(
     nodes = list(proof.root.list_nodes())
     places = {node: place for place, node in enumerate(nodes)}
     result = proof.result
+    incumbent: dict[str, Any] = {"x": _write(proof.incumbent.x), "upper_bound": None}
+    if proof.evidence is not None and proof.reached is not None:
+        evidence = _write_evidence(proof.evidence)
+        incumbent |= {"upper_bound": proof.reached.hex(), "evidence": evidence}
     document = {
         "format": FORMAT,
         "planter": __version__,
         "generated": dict(sources),
         "parameters": list(names),
         **describe_claim(objective, (proof.root.lower, proof.root.upper), result.samples),
-        "incumbent": {
-            "x": _write(proof.incumbent.x),
-            "upper_bound": None if proof.reached is None else proof.reached.hex(),
-            **({} if proof.evidence is None else {"evidence": _write_evidence(proof.evidence)}),
-        },
+        "incumbent": incumbent,
         "lower_bound": None if result.lower_bound is None else result.lower_bound.hex(),
         "nodes": [_write_node(node, [places[child] for child in node.children]) for node in nodes],
     }
@@ -163,13 +142,6 @@ def format_document(document: Mapping[str, Any]) -> str:
     rest = {key: value for key, value in document.items() if key != "nodes"}
     nodes = ",\n".join(json.dumps(node) for node in document["nodes"])
     return f'{json.dumps(rest)[:-1]},\n"nodes": [\n{nodes}\n]}}\n'
-
-
-def compute_digest(document: Mapping[str, Any]) -> str:
-    """Return the hash of all of a document but the hash itself."""
-    content = {key: value for key, value in document.items() if key != "sha256"}
-    text = json.dumps(content, sort_keys=True, separators=(",", ":"))
-    return hashlib.sha256(text.encode()).hexdigest()
 
 
 def read_document(path: str | Path) -> dict[str, Any]:
@@ -237,9 +209,6 @@ def _list_parts(node: BoxNode, entry: Mapping[str, Any]) -> list[Box]:
 def check_document(document: Mapping[str, Any]) -> ProofCheck:
     """Return whether the bounds of a document follow from its programs, each computed again."""
     try:
-        if compute_digest(document) != document["sha256"]:
-            raise RefusedError("sha256 does not match the content of the file")
-        check_size(document)  # first: the other checks take as long as what is asked for
         check_form(document)
         if changed := generated.find_changed(document["generated"]):
             raise RefusedError(
@@ -247,18 +216,10 @@ def check_document(document: Mapping[str, Any]) -> ProofCheck:
             )
         return _check(document)
     except RefusedError as error:
-        return ProofCheck.refuse(str(error))
-    except (
-        ValueError,
-        LookupError,
-        TypeError,
-        AttributeError,
-        AssertionError,
-        ArithmeticError,
-    ) as error:
-        return ProofCheck.refuse(
-            f"the file is incomplete or wrong: {type(error).__name__}: {error}"
-        )
+        return ProofCheck(valid=False, reason=str(error))
+    except (*UNREADABLE, AttributeError, AssertionError, ArithmeticError) as error:
+        reason = f"the file is incomplete or wrong: {type(error).__name__}: {error}"
+        return ProofCheck(valid=False, reason=reason)
 
 
 def _check(document: Mapping[str, Any]) -> ProofCheck:
@@ -278,12 +239,11 @@ def _check(document: Mapping[str, Any]) -> ProofCheck:
     reached, x = _check_incumbent(document, objective, root)
     stated = document["lower_bound"]
     lower_bound = lowest if reached is None else min(lowest, reached)
-    bound = None if stated is None else read_number(stated)
+    bound = None if stated is None else float.fromhex(stated)
     if bound is not None and not bound <= lower_bound:
         raise RefusedError("lower_bound is above the bound of a box")
     return ProofCheck(
         valid=True,
-        reason=None,
         objective=x,
         kind=document["kind"],
         lower_bound=bound,
@@ -324,11 +284,11 @@ def _check_incumbent(
     entry = document["incumbent"]
     if entry["upper_bound"] is None:
         return None, None
-    x, stated = _read(entry["x"]), read_number(entry["upper_bound"])
+    x, stated = _read(entry["x"]), float.fromhex(entry["upper_bound"])
     if not ((root.lower <= x) & (x <= root.upper)).all():
         raise RefusedError("incumbent.x is outside of the box")
     try:
-        period = list_angles([objective.response.program.period])
+        period = list_angles([objective.response.period])
         bounds = objective(x, x, _read_evidence(entry["evidence"], period))
     except Unbounded as error:
         raise RefusedError(f"incumbent cannot be bounded: {error.message}") from None
@@ -338,22 +298,17 @@ def _check_incumbent(
 
 
 def read_objective(document: Mapping[str, Any]) -> ProvableObjective:
-    """Return the objective of a document.
-
-    Raises ValueError, KeyError, TypeError or IndexError if it has none.
-    """
-    if (document["kind"] == "true") != (document["samples"] is None):
-        raise ValueError("kind does not fit samples")
-    limits = [
-        BoundedLimit(_read_measure(entry), int(entry["sign"]), read_number(entry["limit"]))
-        for entry in document["limits"]
-    ]
+    """Return the objective of a document whose form was checked."""
+    terms, limits = (
+        [BoundedMeasure.from_document(entry) for entry in document[key]]
+        for key in ("terms", "limits")
+    )
     return ProvableObjective(
-        EnclosedResponse(ResponseProgram.from_document(document["response"])),
-        [_read_measure(entry) for entry in document["terms"]],
+        ResponseProgram.from_document(document["response"]),
+        terms,
         limits,
         document["samples"],
-        heeds_all=bool(document["all_limits"]),
+        heeds_all=document["all_limits"],
     )
 
 
@@ -362,36 +317,7 @@ def _write(values: Array) -> list[str]:
 
 
 def _read(values: Sequence[str]) -> Array:
-    return np.array([read_number(value) for value in values])
-
-
-def read_number(text: str) -> float:
-    """Return a hexadecimal double. Raises ValueError for one that is not finite."""
-    number = float.fromhex(text)
-    if not np.isfinite(number):
-        raise ValueError(f"{text} must be a finite number")
-    return number
-
-
-def _write_measure(measure: BoundedMeasure) -> dict[str, Any]:
-    return {
-        "measure": measure.kind,
-        "quantity": measure.quantity,
-        "size": measure.size,
-        "weight": float(measure.weight).hex(),
-        "angle_deg": None if measure.angle is None else float(measure.angle).hex(),
-    }
-
-
-def _read_measure(entry: Mapping[str, Any]) -> BoundedMeasure:
-    angle = entry["angle_deg"]
-    return BoundedMeasure(
-        entry["measure"],
-        int(entry["quantity"]),
-        bool(entry["size"]),
-        read_number(entry["weight"]),
-        None if angle is None else read_number(angle),
-    )
+    return np.array([float.fromhex(value) for value in values])
 
 
 def _write_node(node: BoxNode, children: list[int]) -> dict[str, Any]:
@@ -417,42 +343,31 @@ def _write_node(node: BoxNode, children: list[int]) -> dict[str, Any]:
 
 def _write_evidence(evidence: Evidence) -> dict[str, Any]:
     entry: dict[str, Any] = {}
-    if evidence.starts:
-        entry["starts"] = [
-            {
-                "cycle": start.cycle,
-                "values": [
-                    [None if np.isnan(v) else float(v) for v in row] for row in start.values
-                ],
-            }
-            for start in evidence.starts
-        ]
+    for start in evidence.starts:
+        values = [[None if np.isnan(v) else float(v) for v in row] for row in start.values]
+        entry.setdefault("starts", []).append({"cycle": start.cycle, "values": values})
     for key, panels in (("panels", evidence.panels), ("narrow", evidence.narrow)):
         if panels is not None:
-            entry[key] = {
-                "knots": panels.knots.tolist(),
-                "rates": panels.rates.tolist(),
-                "parts": list(panels.parts),
-            }
+            sides = {"knots": panels.knots.tolist(), "rates": panels.rates.tolist()}
+            entry[key] = {**sides, "parts": list(panels.parts)}
     if evidence.peaks is not None and evidence.rates is not None:
         entry["peaks"], entry["rates"] = evidence.peaks.tolist(), evidence.rates.tolist()
     return entry
 
 
 def _read_evidence(entry: Mapping[str, Any], period: Ball) -> Evidence:
-    def read_panels(key: str) -> AnglePanels | None:
-        if key not in entry:
-            return None
-        knots, rates = (np.array(entry[key][name], dtype=float) for name in ("knots", "rates"))
-        return AnglePanels(knots, rates, tuple(map(int, entry[key]["parts"])), period)
+    def read(part: Mapping[str, Any], key: str) -> Array:
+        return np.array(part[key], dtype=float)
 
-    return Evidence(
-        [
-            RootStart(np.array(start["values"], dtype=float), float(start["cycle"]))
-            for start in entry.get("starts", [])
-        ],
-        read_panels("panels"),
-        np.array(entry["peaks"], dtype=float) if "peaks" in entry else None,
-        np.array(entry["rates"], dtype=float) if "rates" in entry else None,
-        read_panels("narrow"),
-    )
+    starts = [
+        RootStart(read(start, "values"), float(start["cycle"])) for start in entry.get("starts", [])
+    ]
+    fields: dict[str, Any] = {
+        key: AnglePanels(
+            read(entry[key], "knots"), read(entry[key], "rates"), tuple(entry[key]["parts"]), period
+        )
+        for key in ("panels", "narrow")
+        if key in entry
+    }
+    fields |= {key: read(entry, key) for key in ("peaks", "rates") if key in entry}
+    return Evidence(starts, **fields)

@@ -38,26 +38,39 @@ SIDES, NONNEGATIVE = (
     ("range", "variance", "std", "rms"),
 )
 MEASURES = (*SIDES, "mean", "variance", "std", "rms", "at")
-KEYS = {
-    "format",
-    "planter",
-    "statement",
-    "generated",
-    "parameters",
-    "quantities",
-    "kind",
-    "samples",
-    "response",
-    "terms",
-    "limits",
-    "all_limits",
-    "box",
-    "incumbent",
-    "lower_bound",
-    "nodes",
-    "sha256",
+KINDS = {
+    "format": str,
+    "planter": str,
+    "statement": str,
+    "generated": dict,
+    "parameters": list,
+    "quantities": list,
+    "kind": str,
+    "samples": (int, type(None)),
+    "response": dict,
+    "terms": list,
+    "limits": list,
+    "all_limits": bool,
+    "box": list,
+    "incumbent": dict,
+    "lower_bound": (str, type(None)),
+    "nodes": list,
+    "sha256": str,
 }
 TEXTS = {"format", "planter", "statement", "generated", "parameters", "quantities", "sha256"}
+LOGIC = ("or", "and", "not")
+OPERATIONS = {
+    "multiply",
+    "add",
+    "negate",
+    "power",
+    "polynomial",
+    "input",
+    "constant",
+    "pi",
+    "select",
+}
+OPERATIONS |= {"arctan2", "floor", "below", "solve", *LOGIC}
 
 
 class RefusedError(ValueError):
@@ -854,51 +867,6 @@ class ProofClaims:
         )
 
 
-def check_size(document: Mapping) -> None:
-    """Refuse a file with numbers that are not finite, or that asks to compute more than any proof
-    of planter's.
-    """
-    response, samples = document["response"], document["samples"]
-    is_count = samples is None or (isinstance(samples, int) and 1 <= samples <= MOST_SAMPLES)
-    refuse_unless(is_count, f"samples must be a whole number between 1 and {MOST_SAMPLES}")
-    for text in (response["period"], *response["offsets"]):  # 1e99999999 would be written out
-        is_fraction = len(text) <= LONGEST_FRACTION and re.fullmatch(r"-?\d+(/[1-9]\d*)?", text)
-        refuse_unless(is_fraction, "a share of a revolution is no fraction, or has too many digits")
-    steps = [step for stage in response["stages"] for step in stage["operations"]]
-    powers = [float.fromhex(numbers[0]) for name, _, numbers in steps if name == "power"]
-    refuse_unless(all(abs(n) <= LARGEST_POWER for n in powers), f"a power is above {LARGEST_POWER}")
-    for entry in (document["incumbent"], *document["nodes"]):
-        panels = [
-            entry["evidence"][key]["parts"]
-            for key in ("panels", "narrow")
-            if key in entry.get("evidence", ())
-        ]
-        are_counts = all(
-            isinstance(count, int) and count > 0 for parts in panels for count in parts
-        )
-        refuse_unless(
-            are_counts and all(sum(parts) <= MOST_PANELS for parts in panels),
-            f"a box must have whole numbers of panels, {MOST_PANELS} at most",
-        )
-    stated = [
-        document["lower_bound"],
-        document["incumbent"]["upper_bound"],
-        *itertools.chain(*document["box"]),
-    ]
-    numbers = [
-        *(x for x in stated if x is not None),
-        *(x for _, _, numbers in steps for x in numbers),
-    ]
-    numbers += [
-        x[key]
-        for k in ("terms", "limits")
-        for x in document[k]
-        for key in ("weight", "limit")
-        if key in x
-    ]
-    refuse_unless(all(math.isfinite(float.fromhex(x)) for x in numbers), "a number is not finite")
-
-
 def list_boxes(document):
     """Yield place, node, box and inherited bound of all nodes; refuse boxes that are not covered by
     their parts.
@@ -980,35 +948,15 @@ def check_program(steps, results):
     """Refuse a program with an operation of a later result, or with a condition for a number or the
     other way round.
     """
-    logic = ("or", "and", "not")
-    names = {
-        "multiply",
-        "add",
-        "negate",
-        "power",
-        "polynomial",
-        "input",
-        "constant",
-        "pi",
-        "select",
-        "arctan2",
-        "floor",
-        "below",
-        "solve",
-        *logic,
-        *FUNCTIONS,
-    }
-    conditions = [name in (*logic, "below") for name, *_ in steps]
+    conditions = [name in (*LOGIC, "below") for name, *_ in steps]
     for n, (name, arguments, _) in enumerate(steps):
-        refuse_unless(
-            name in names and all(0 <= a < n for a in arguments),
-            f"there is no such operation: {name}",
-        )
+        is_known = name in OPERATIONS or name in FUNCTIONS
+        are_earlier = all(0 <= a < n for a in arguments)
+        refuse_unless(is_known and are_earlier, f"there is no such operation: {name}")
         kinds = [conditions[a] for a in arguments]
-        right = [False, False, True] if name == "select" else [name in logic] * len(kinds)
-        refuse_unless(
-            kinds == right, f"{name} takes a condition for a number, or a number for a condition"
-        )
+        right = [False, False, True] if name == "select" else [name in LOGIC] * len(kinds)
+        reason = f"{name} takes a condition for a number, or a number for a condition"
+        refuse_unless(kinds == right, reason)
     are_numbers = all(0 <= k < len(steps) and not conditions[k] for k in results)
     refuse_unless(are_numbers, "a result is no number")
 
@@ -1047,33 +995,55 @@ def is_size(steps, k):
     return sure[k]
 
 
+def compute_digest(document: Mapping) -> str:
+    """Return the hash of all of a document but the hash itself."""
+    content = {key: value for key, value in document.items() if key != "sha256"}
+    text = json.dumps(content, sort_keys=True, separators=(",", ":"))
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def is_whole(value, low, high=math.inf):
+    """Return whether a value is a whole number within limits."""
+    return isinstance(value, int) and not isinstance(value, bool) and low <= value <= high
+
+
+def are_names(names):
+    """Return whether names are different texts."""
+    return all(isinstance(name, str) and name for name in names) and len(set(names)) == len(names)
+
+
+def check_size(document):
+    """Refuse a document that asks to compute more than any proof of planter's."""
+    response, samples = document["response"], document["samples"]
+    is_count = samples is None or is_whole(samples, 1, MOST_SAMPLES)
+    refuse_unless(is_count, f"samples must be a whole number between 1 and {MOST_SAMPLES}")
+    for text in (response["period"], *response["offsets"]):  # 1e99999999 would be written out
+        is_fraction = len(text) <= LONGEST_FRACTION and re.fullmatch(r"-?\d+(/[1-9]\d*)?", text)
+        refuse_unless(is_fraction, "a share of a revolution is no fraction, or has too many digits")
+    for stage in response["stages"]:
+        powers = [x for name, _, x in stage["operations"] if name == "power"]
+        is_small = all(abs(float.fromhex(numbers[0])) <= LARGEST_POWER for numbers in powers)
+        refuse_unless(is_small, f"a power is above {LARGEST_POWER}")
+    for entry in (document["incumbent"], *document["nodes"]):
+        evidence = entry.get("evidence", {})
+        for parts in (evidence[key]["parts"] for key in ("panels", "narrow") if key in evidence):
+            is_count = all(is_whole(n, 1) for n in parts) and sum(parts) <= MOST_PANELS
+            reason = f"a box must have whole numbers of panels, {MOST_PANELS} at most"
+            refuse_unless(is_count, reason)
+
+
 def check_form(document: Mapping) -> None:
-    """Refuse a document whose parts do not fit, or to whose measures the rules of bounds do not
-    apply.
+    """Refuse a document that is too large, whose hash is another, whose parts do not fit, or to
+    whose measures the rules of bounds do not apply.
     """
-
-    def is_whole(value, low, high=math.inf):
-        return isinstance(value, int) and not isinstance(value, bool) and low <= value <= high
-
-    def are_names(names):
-        return all(isinstance(name, str) and name for name in names) and len(set(names)) == len(
-            names
-        )
-
-    refuse_unless(
-        set(document) == KEYS, f"keys that no proof has, or that it lacks: {KEYS ^ set(document)}"
-    )
+    unlike = f"keys that no proof has, or that it lacks: {set(KINDS) ^ set(document)}"
+    refuse_unless(set(document) == set(KINDS), unlike)
     refuse_unless(document["format"] == FORMAT, f"format must be {FORMAT!r}")
-    for keys, kind in (
-        ({"parameters", "quantities", "terms", "limits", "box", "nodes"}, list),
-        ({"planter"}, str),
-        ({"generated", "response", "incumbent"}, dict),
-        ({"all_limits"}, bool),
-    ):
-        for key in keys:
-            refuse_unless(
-                isinstance(document[key], kind), f"{key} must be of the kind {kind.__name__}"
-            )
+    for key, kind in KINDS.items():
+        refuse_unless(isinstance(document[key], kind), f"{key} must be of the kind {kind}")
+    check_size(document)  # first: the other checks take as long as what is asked for
+    is_true = compute_digest(document) == document["sha256"]
+    refuse_unless(is_true, "sha256 does not match the content of the file")
     infinite = find_infinite(document)
     refuse_unless(not infinite, f"{infinite} is not finite")
     hashes, response, box = document["generated"], document["response"], document["box"]
@@ -1084,65 +1054,52 @@ def check_form(document: Mapping) -> None:
     )
     names, count = document["parameters"], response["parameters"]
     sizes = [len(names), len(box[0]), len(box[1]), len(document["incumbent"]["x"])]
-    refuse_unless(
-        are_names(names) and sizes == [count] * 4,
-        "parameters must be different names, one for each side",
-    )
+    is_fit = are_names(names) and sizes == [count] * 4
+    refuse_unless(is_fit, "parameters must be different names, one for each side")
     for name, low, high in zip(names, *box):
         refuse_unless(float.fromhex(low) <= float.fromhex(high), f"the box is empty along {name}")
     refuse_unless(isinstance(response["continuous"], bool), "continuous must be true or false")
-    samples = document["samples"]
-    refuse_unless(
-        samples is None or is_whole(samples, 1), "samples must be a positive integer or null"
-    )
-    refuse_unless(
-        document["kind"] == ("true" if samples is None else "sampled"), "kind does not fit samples"
-    )
+    kind = "sampled" if document["samples"] else "true"
+    refuse_unless(document["kind"] == kind, "kind does not fit samples")
     refuse_unless(Fraction(response["period"]) > 0, "period must be positive")
-    evidence = [
-        x["evidence"] for x in (*document["nodes"], document["incumbent"]) if "evidence" in x
-    ]
-    parts = [part for x in evidence for part in (x, x.get("panels", {}), x.get("narrow", {}))]
-    rows = [row for part in parts for row in part.get("rates", [])]
-    refuse_unless(
-        all(len(row) == count for row in rows),
-        f"evidence must have a rate for each of {count} parameters",
-    )
+    for entry in (document["incumbent"], *document["nodes"]):
+        evidence = entry.get("evidence", {})
+        parts = evidence, evidence.get("panels", {}), evidence.get("narrow", {})
+        rows = [row for part in parts for row in part.get("rates", [])]
+        reason = f"evidence must have a rate for each of {count} parameters"
+        refuse_unless(all(len(row) == count for row in rows), reason)
     for stage in response["stages"]:
         check_program(stage["operations"], stage["outputs"])
         refuse_unless(all(k >= 0 for k in stage["inputs"]), "an input of a stage has no index")
-    last = response["stages"][-1]
-    labels, results = document["quantities"], last["outputs"]
-    refuse_unless(
-        are_names(labels) and len(labels) == len(results),
-        "quantities must be different names of results",
-    )
+    last, labels = response["stages"][-1], document["quantities"]
+    is_fit = are_names(labels) and len(labels) == len(last["outputs"])
+    refuse_unless(is_fit, "quantities must be different names of results")
     refuse_unless(document["terms"], "there must be a term")
     for entry in (*document["terms"], *document["limits"]):
-        kind, weight, fixed = (
-            entry["measure"],
-            float.fromhex(entry["weight"]),
-            entry["angle_deg"] is not None,
+        check_measure(entry, last)
+    is_same = document["statement"] == state_claim(document)
+    refuse_unless(is_same, "statement does not follow from the file")
+
+
+def check_measure(entry, stage):
+    """Refuse a measure of no result of a stage, or of a size or a sign that the rules of bounds do
+    not cover.
+    """
+    kind, k, weight = entry["measure"], entry["quantity"], float.fromhex(entry["weight"])
+    is_known = kind in MEASURES and (entry["angle_deg"] is not None) == (kind == "at")
+    refuse_unless(is_known, f"there is no measure {kind} with such an angle")
+    refuse_unless(is_whole(k, 0, len(stage["outputs"]) - 1), f"{kind} is of no result")
+    refuse_unless(isinstance(entry["size"], bool), "size must be true or false")
+    is_shown = not entry["size"] or is_size(stage["operations"], stage["outputs"][k])
+    refuse_unless(is_shown, f"size: result {k} may be negative")
+    if "limit" in entry:
+        is_sign = entry["sign"] in (1, -1) and not isinstance(entry["sign"], bool)
+        refuse_unless(weight == 1 and is_sign, "a limit has the weight 1 and a sign")
+    elif kind in SIDES:
+        reason = (
+            f"the weight {weight} of {kind} has a sign that the rule of extremes does not cover"
         )
-        refuse_unless(
-            kind in MEASURES and fixed == (kind == "at"),
-            f"there is no measure {kind} with such an angle",
-        )
-        refuse_unless(is_whole(entry["quantity"], 0, len(results) - 1), f"{kind} is of no result")
-        refuse_unless(isinstance(entry["size"], bool), "size must be true or false")
-        of_size = not entry["size"] or is_size(last["operations"], results[entry["quantity"]])
-        refuse_unless(of_size, f"size: {labels[entry['quantity']]} may be negative")
-        if "limit" in entry:
-            is_sign = entry["sign"] in (1, -1) and not isinstance(entry["sign"], bool)
-            refuse_unless(weight == 1 and is_sign, "a limit has the weight 1 and a sign")
-        else:
-            refuse_unless(
-                kind not in SIDES or (weight <= 0 if kind == "min" else weight >= 0),
-                f"the weight {weight} of {kind} has a sign that the rule of extremes does not cover",
-            )
-    refuse_unless(
-        document["statement"] == state_claim(document), "statement does not follow from the file"
-    )
+        refuse_unless(weight <= 0 if kind == "min" else weight >= 0, reason)
 
 
 def state_claim(document: Mapping) -> str:
@@ -1212,12 +1169,6 @@ def check_in_processes(jobs):
 
 def check_claims(document, check_boxes):
     """Raise ValueError unless all that a document states follows."""
-    text = json.dumps(
-        {k: v for k, v in document.items() if k != "sha256"}, sort_keys=True, separators=(",", ":")
-    )
-    digest = hashlib.sha256(text.encode()).hexdigest()
-    refuse_unless(digest == document["sha256"], "sha256 does not match the content")
-    check_form(document)
     boxes, stated, entry = (
         list(list_boxes(document)),
         document["lower_bound"],
@@ -1254,7 +1205,7 @@ def load_proof(path):
     """Read a file, in every process."""
     global PROOF
     document = read_file(path)
-    check_size(document)
+    check_form(document)
     PROOF = ProofClaims(document)
     return document
 

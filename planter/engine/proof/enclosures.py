@@ -1,144 +1,40 @@
-"""Enclosures of a response and bounds of an objective over a box of designs.
+"""Enclosures of a response over boxes of designs, at angles or anywhere in panels of a cycle.
 
-A response is a sequence of programs, some of whose results are roots of others. Evaluated on jets,
-it encloses each sample of a cycle, and from these an objective and its slopes.
+A response is a sequence of programs, some of whose results are roots of others.
+
+Ends of panels are linear in the design, so that each is the same function for both panels that meet
+there; the last end is the first one a period later. Nothing else is needed for panels to cover a
+cycle. Where ends follow the angles at which a quantity has a kink, at some distance, kinks stay
+within narrow panels.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 from typing import Any, TypeVar
 
 import numpy as np
 
-from planter.engine.proof.intervals import PI, Ball, Branches, U, Unbounded, select_balls
-from planter.engine.proof.jets import ANYWHERE, CENTRE, Jet, Space, join_lanes, join_parts
-from planter.engine.proof.panels import AnglePanels
-from planter.engine.proof.programs import Code, ProgramRunner, RecordedProgram, record_program
+from planter.engine.proof.intervals import PI, Ball, U, Unbounded, select_balls
+from planter.engine.proof.jets import (
+    ANYWHERE,
+    CENTRE,
+    Jet,
+    Space,
+    join_lanes,
+    unite_supports,
+)
+from planter.engine.proof.programs import Code, Program, record_program
 from planter.engine.proof.roots import enclose_roots, has_rootless_lane
 from planter.kernels import Array, Integers
 
 MAX_LANES = 8
 """Average number of pieces of a lane above which a box is too wide to follow them."""
-
-
-@dataclass(frozen=True)
-class ProgramStage:
-    """A step of a response: results of a program, or, where `limits` (k,) are given, roots of k
-    unknowns.
-
-    `inputs` are indices of values of the response. The program of roots takes the unknowns first,
-    whose sizes are at most `limits`, and returns k residuals, then their Jacobian by rows.
-    """
-
-    program: RecordedProgram
-    inputs: tuple[int, ...]
-    limits: tuple[float, ...] = ()
-
-    @property
-    def size(self) -> int:
-        """The number of values that the stage adds."""
-        return len(self.limits or self.program.outputs)
-
-
-@dataclass(frozen=True)
-class ResponseProgram:
-    """Quantities F(phi, x) as programs: sums over `offsets` [turns] of shares at phi + offset.
-
-    Values are the p parameters of a design, the angle phi [rad], then the results of each stage;
-    those of the last stage are the shares. The quantities have a common `period` [turns], and do
-    not jump over designs if `is_continuous`, whatever the conditions in their code.
-    """
-
-    parameters: int
-    stages: tuple[ProgramStage, ...]
-    offsets: tuple[Fraction, ...]
-    period: Fraction
-    is_continuous: bool
-
-    @cached_property
-    def fixed(self) -> tuple[bool, ...]:
-        """Whether each stage is the same at all angles."""
-        moving, fixed, count = {self.parameters}, list[bool](), self.parameters + 1
-        for stage in self.stages:
-            fixed.append(moving.isdisjoint(stage.inputs))
-            moving |= set() if fixed[-1] else set(range(count, count + stage.size))
-            count += stage.size
-        return tuple(fixed)
-
-    def to_document(self) -> dict[str, Any]:
-        """Return the response as a JSON object."""
-        return {
-            "parameters": self.parameters,
-            "stages": [
-                {
-                    **stage.program.to_document(),
-                    "inputs": stage.inputs,
-                    "limits": [x.hex() for x in stage.limits],
-                }
-                for stage in self.stages
-            ],
-            "offsets": [str(offset) for offset in self.offsets],
-            "period": str(self.period),
-            "continuous": self.is_continuous,
-        }
-
-    @classmethod
-    def from_document(cls, document: Mapping[str, Any]) -> ResponseProgram:
-        """Return the response of a JSON object.
-
-        Raises ValueError, KeyError, TypeError or IndexError if it is none.
-        """
-        stages = tuple(
-            ProgramStage(
-                RecordedProgram.from_document(stage),
-                tuple(stage["inputs"]),
-                tuple(float.fromhex(x) for x in stage["limits"]),
-            )
-            for stage in document["stages"]
-        )
-        if any(k < 0 for stage in stages for k in stage.inputs):
-            raise ValueError("an input of a stage has no index")
-        return cls(
-            int(document["parameters"]),
-            stages,
-            tuple(map(Fraction, document["offsets"])),
-            Fraction(document["period"]),
-            bool(document["continuous"]),
-        )
-
-
-class ResponseRecorder:
-    """Builds a response of designs with `parameters` values, from code."""
-
-    def __init__(self, parameters: int) -> None:
-        self.parameters, self.stages = parameters, list[ProgramStage]()
-        self._count = parameters + 1
-
-    @property
-    def phi(self) -> int:
-        """The index of the angle."""
-        return self.parameters
-
-    def call(self, code: Code, inputs: Sequence[int]) -> list[int]:
-        """Return the indices of the results of code."""
-        return self._add(ProgramStage(record_program(code, len(inputs)), tuple(inputs)))
-
-    def solve(self, code: Code, inputs: Sequence[int], limits: Sequence[float]) -> list[int]:
-        """Return the indices of the roots of code, which takes the unknowns before the inputs."""
-        return self._add(
-            ProgramStage(
-                record_program(code, len(limits) + len(inputs)), tuple(inputs), tuple(limits)
-            )
-        )
-
-    def _add(self, stage: ProgramStage) -> list[int]:
-        self.stages.append(stage)
-        self._count += stage.size
-        return list(range(self._count - stage.size, self._count))
+REMEMBERED = 64
+"""Results of a stage that are kept for inputs that come again."""
 
 
 @dataclass(frozen=True)
@@ -164,26 +60,68 @@ class RootStart:
 
 Starts = Sequence[Sequence[RootStart]]
 """For each box of a space, values near the roots of each stage that has some, in their order."""
-FindStarts = Callable[[Array], Sequence[RootStart]]
-"""Design (p,) -> values near the roots of each stage that has some.
-
-Raises Unbounded if there are none.
-"""
-
-REMEMBERED = 64
-"""Results of a stage that are kept for inputs that come again."""
 
 
-class EnclosedResponse:
-    """The quantities of a response over boxes of designs; `find_starts` gives where to look for
-    roots.
+@dataclass(frozen=True)
+class ResponseProgram:
+    """Quantities F(phi, x) as programs: sums over `offsets` [turns] of shares at phi + offset.
+
+    Values are the p parameters of a design, the angle phi [rad], then the results of each stage;
+    those of the last stage are the shares. The quantities have a common `period` [turns], and do
+    not jump over designs if `is_continuous`, whatever the conditions in their code.
     """
 
-    def __init__(self, program: ResponseProgram, find_starts: FindStarts | None = None) -> None:
-        self.program = program
-        self.find_starts: FindStarts = find_starts or (lambda _: ())
-        self.runners = [ProgramRunner(stage.program) for stage in program.stages]
-        self._fixed_results: dict[Any, list[Jet]] = {}
+    parameters: int
+    stages: tuple[Program, ...]
+    offsets: tuple[Fraction, ...]
+    period: Fraction
+    is_continuous: bool
+
+    @cached_property
+    def fixed(self) -> tuple[bool, ...]:
+        """Whether each stage is the same at all angles."""
+        moving, fixed, count = {self.parameters}, list[bool](), self.parameters + 1
+        for stage in self.stages:
+            fixed.append(moving.isdisjoint(stage.inputs))
+            moving |= set() if fixed[-1] else set(range(count, count + stage.size))
+            count += stage.size
+        return tuple(fixed)
+
+    @cached_property
+    def _fixed_results(self) -> dict[Any, list[Jet]]:
+        return {}
+
+    def to_document(self) -> dict[str, Any]:
+        """Return the response as a JSON object."""
+        return {
+            "parameters": self.parameters,
+            "stages": [stage.to_document() for stage in self.stages],
+            "offsets": [str(offset) for offset in self.offsets],
+            "period": str(self.period),
+            "continuous": self.is_continuous,
+        }
+
+    @classmethod
+    def from_document(cls, document: Mapping[str, Any]) -> ResponseProgram:
+        """Return the response of a JSON object whose form was checked."""
+        return cls(
+            document["parameters"],
+            tuple(map(Program.from_document, document["stages"])),
+            tuple(map(Fraction, document["offsets"])),
+            Fraction(document["period"]),
+            document["continuous"],
+        )
+
+    def enclose(self, space: Space, phi: Jet, starts: Starts) -> list[Jet]:
+        """Return each quantity over boxes at angles [rad] that may move with the design, a lane for
+        each.
+        """
+        count = phi.lanes
+        offsets = [space.constant(list_angles([offset])) for offset in self.offsets]
+        shares = self._enclose_pieces(space, join_lanes([phi + x for x in offsets]), starts)
+        space.jumping = np.asarray(space.jumping.reshape(-1, count).any(axis=0))
+        first, *rest = (slice(k * count, (k + 1) * count) for k in range(len(offsets)))
+        return [sum((share.taken(lanes) for lanes in rest), share.taken(first)) for share in shares]
 
     def prepare(self, space: Space, phi: Jet, starts: Starts) -> list[Jet]:
         """Return the inputs of the last stage over a box at angles phi (lanes,) [rad].
@@ -192,60 +130,58 @@ class EnclosedResponse:
         more. `starts` are those of each of the boxes of the space, which have equal numbers of
         lanes. Raises Unbounded where roots do not exist.
         """
-        values, roots = [*space.parameters()[: self.program.parameters], phi], 0
-        for index, stage in enumerate(self.program.stages[:-1]):
-            inputs, guesses = [values[k] for k in stage.inputs], None
+        values, roots = [*space.parameters()[: self.parameters], phi], 0
+        for index, stage in enumerate(self.stages[:-1]):
+            guesses = None
             if stage.limits:
                 lanes = np.split(phi.value.mid[CENTRE], len(starts))
-                guesses = np.concatenate(
-                    [box[roots].find_near(part) for box, part in zip(starts, lanes, strict=True)],
-                    axis=1,
-                )
-                guesses = (
-                    guesses[:, :1] if self.program.fixed[index] and len(starts) == 1 else guesses
-                )
+                pairs = zip(starts, lanes, strict=True)
+                near = [box[roots].find_near(part) for box, part in pairs]
+                guesses = np.concatenate(near, axis=1)
+                if self.fixed[index] and len(starts) == 1:
+                    guesses = guesses[:, :1]
                 roots += 1
-            values += self._evaluate(index, space, inputs, guesses)
-        return [values[k] for k in self.program.stages[-1].inputs]
+            values += self._evaluate(index, space, [values[k] for k in stage.inputs], guesses)
+        return [values[k] for k in self.stages[-1].inputs]
 
     def _evaluate(
         self, index: int, space: Space, inputs: Sequence[Jet], guesses: Array | None
     ) -> list[Jet]:
         """Return the results of a stage; those that no angle changes are remembered."""
-        if not self.program.fixed[index]:
-            return self._compute(index, space, inputs, guesses)
-        support = sorted({k for jet in inputs for k in jet.support})
-        parts = [ball for jet in inputs for ball in (jet.value, jet.gradient, jet.hessian)]
-        key = (
-            index,
-            *support,
-            space.half[support].tobytes(),
-            *(side.tobytes() for b in parts for side in (b.mid, b.rad)),
-        )
+        stage = self.stages[index]
+        if not self.fixed[index]:
+            return _run_stage(stage, space, inputs, guesses)
+        supports = [jet.support for jet in inputs]
+        moving = list(unite_supports(inputs))
+        sides = [side.tobytes() for jet in inputs for side in (jet.rows.mid, jet.rows.rad)]
+        key = index, *supports, space.half[moving].tobytes(), *sides
         if key not in self._fixed_results:
             if len(self._fixed_results) == REMEMBERED:
                 del self._fixed_results[next(iter(self._fixed_results))]
-            self._fixed_results[key] = self._compute(index, space, inputs, guesses)
-        return [replace(jet, space=space) for jet in self._fixed_results[key]]
+            self._fixed_results[key] = _run_stage(stage, space, inputs, guesses)
+        return [jet.moved(space) for jet in self._fixed_results[key]]
 
-    def _compute(
-        self, index: int, space: Space, inputs: Sequence[Jet], guesses: Array | None
-    ) -> list[Jet]:
-        runner = self.runners[index]
-        if guesses is None:
-            return runner.enclose_smooth(space, inputs)
-        if np.isnan(guesses).all():
-            raise Unbounded("loops do not close at the centre of a box")
-        smooth = space.asking(
-            Branches.none(1)
-        )  # `at_points` must not change the space of the caller
-        fixed = [replace(jet, space=smooth) for jet in inputs]
-        roots = enclose_roots(
-            smooth,
-            guesses,
-            lambda q: _split_gaps(runner.enclose_smooth(smooth, [*q, *fixed]), len(q)),
-        )
-        return [replace(root, space=space) for root in roots]
+    def _enclose_pieces(self, space: Space, phi: Jet, starts: Starts) -> list[Jet]:
+        """Return enclosures of the shares at angles (lanes,) [rad], each around all smooth
+        pieces.
+        """
+        count, total = phi.lanes, 0
+        lanes, script = np.arange(count), np.empty((0, count))
+        parts: list[tuple[Integers, list[Jet]]] = []
+        inputs = self.prepare(space, phi, starts)
+        space.jumping = np.zeros(count, dtype=bool)
+        while len(lanes):
+            branches, jets = self.stages[-1].enclose(space, inputs, lanes, script)
+            if not self.is_continuous:
+                np.logical_or.at(space.jumping, lanes, branches.jumping)
+            parts.append((lanes, [jet.repeated(len(lanes)) for jet in jets]))
+            total += len(lanes)
+            if total > MAX_LANES * count:
+                raise Unbounded("a box goes through many branches")
+            further, script = branches.further()
+            lanes = lanes[further]
+        quantities = range(len(parts[0][1]))
+        return [_unite_pieces([(taken, jets[k]) for taken, jets in parts]) for k in quantities]
 
     def is_empty(self, lower: Array, upper: Array, phi: Ball) -> bool:
         """Return whether at one of the angles phi (lanes,) [rad] no design of a box [lower, upper]
@@ -255,22 +191,32 @@ class EnclosedResponse:
         alone.
         """
         space = Space(lower, lower)
-        box = [
-            space.constant(Ball.between(lower[k : k + 1], upper[k : k + 1]))
-            for k in range(self.program.parameters)
-        ]
-        values = [*box, space.constant(phi)]
-        stages = zip(self.program.stages, self.runners, strict=True)
+        ends = zip(lower[: self.parameters], upper[: self.parameters], strict=True)
+        box = [Ball.between(*map(np.atleast_1d, pair)) for pair in ends]
+        values = [space.constant(ball) for ball in (*box, phi)]
         return any(
-            _has_no_roots(stage, runner, space, [values[k] for k in stage.inputs])
-            for stage, runner in stages
+            _has_no_roots(stage, space, [values[k] for k in stage.inputs])
+            for stage in self.stages
             if np.isfinite(stage.limits).any() and max(stage.inputs) < len(values)
         )
 
 
-def _has_no_roots(
-    stage: ProgramStage, runner: ProgramRunner, space: Space, inputs: Sequence[Jet]
-) -> bool:
+def _run_stage(
+    stage: Program, space: Space, inputs: Sequence[Jet], guesses: Array | None
+) -> list[Jet]:
+    """Return the results of a program, or its roots near guesses."""
+    if guesses is None:
+        return stage.enclose_smooth(space, inputs)
+    if np.isnan(guesses).all():
+        raise Unbounded("loops do not close at the centre of a box")
+    return enclose_roots(
+        space,
+        guesses,
+        lambda q: _split_gaps(stage.enclose_smooth(space, [*q, *inputs]), len(q)),
+    )
+
+
+def _has_no_roots(stage: Program, space: Space, inputs: Sequence[Jet]) -> bool:
     """Return whether there are certainly no roots within the limits of a stage in one of the lanes
     of its inputs.
     """
@@ -279,7 +225,7 @@ def _has_no_roots(
         q: Sequence[Ball], lanes: Integers
     ) -> tuple[Sequence[Ball], Sequence[Sequence[Ball]]]:
         taken = [jet if jet.lanes == 1 else jet.taken(lanes) for jet in inputs]
-        rows = runner.enclose_smooth(space, [*map(space.constant, q), *taken])
+        rows = stage.enclose_smooth(space, [*map(space.constant, q), *taken])
         return _split_gaps([row.value[ANYWHERE] for row in rows], len(q))
 
     limits = np.array(stage.limits)
@@ -296,12 +242,23 @@ def _split_gaps(rows: Sequence[T], size: int) -> tuple[Sequence[T], Sequence[Seq
     return rows[:size], [rows[k : k + size] for k in range(size, size + size * size, size)]
 
 
-def enclose_samples(response: EnclosedResponse, space: Space, count: int) -> list[Jet]:
-    """Return each quantity over a box at phi = 2 pi i / count, with a lane for each angle modulo
-    the period.
+def _unite_pieces(parts: Sequence[tuple[Integers, Jet]]) -> Jet:
+    """Return a jet around all parts: the first part has every lane, the others are pieces of some
+    lanes.
     """
-    starts = [response.find_starts(space.centre)]
-    return enclose_turns(response, space, list_samples(response.program, count), starts)
+    (lanes, first), *pieces = parts
+    support = unite_supports(jet for _, jet in parts)
+    hull = first.over(support)
+    if not pieces:
+        return hull
+    touched = np.zeros(len(lanes), dtype=bool)
+    low, high = hull.rows.low, hull.rows.high
+    for piece_lanes, jet in pieces:
+        rows = jet.over(support).rows
+        np.minimum.at(low.T, piece_lanes, rows.low.T)
+        np.maximum.at(high.T, piece_lanes, rows.high.T)
+        touched[piece_lanes] = True
+    return Jet(hull.space, support, select_balls(touched, Ball.between(low, high), hull.rows))
 
 
 def list_samples(response: ResponseProgram, count: int) -> list[Fraction]:
@@ -313,223 +270,137 @@ def list_samples(response: ResponseProgram, count: int) -> list[Fraction]:
     return [cycle * i / count for i in range(int(share) if share.denominator == 1 else count)]
 
 
-def enclose_turns(
-    response: EnclosedResponse, space: Space, turns: Sequence[Fraction], starts: Starts
-) -> list[Jet]:
-    """Return each quantity over boxes at fixed angles [turns], a lane for each."""
-    fixed = [list_angles([turn + offset for turn in turns]) for offset in response.program.offsets]
-    return enclose_at(response, space, [space.constant(phi) for phi in fixed], starts)
-
-
-def enclose_moving(response: EnclosedResponse, space: Space, phi: Jet, starts: Starts) -> list[Jet]:
-    """Return each quantity over a box at angles that may move with the design [rad], a lane for
-    each.
-    """
-    offsets = response.program.offsets
-    return enclose_at(
-        response, space, [phi + space.constant(list_angles([offset])) for offset in offsets], starts
-    )
-
-
-def enclose_at(
-    response: EnclosedResponse, space: Space, angles: Sequence[Jet], starts: Starts
-) -> list[Jet]:
-    """Return each quantity over boxes from the angles [rad] of its shares, of the same lanes
-    each.
-    """
-    count = angles[0].lanes
-    sides, shares = (
-        range(1, len(angles)),
-        _enclose_pieces(response, space, join_lanes(angles), starts),
-    )
-    space.jumping = np.asarray(space.jumping.reshape(-1, count).any(axis=0))
-    return [
-        sum(
-            (share.taken(slice(k * count, (k + 1) * count)) for k in sides),
-            share.taken(slice(0, count)),
-        )
-        for share in shares
-    ]
-
-
 def list_angles(turns: Sequence[Fraction]) -> Ball:
     """Return angles [rad] for angles in turns."""
     share = np.array([float(2 * turn) for turn in turns])
     return PI * Ball(share, U * np.abs(share))
 
 
-def _enclose_pieces(
-    response: EnclosedResponse, space: Space, phi: Jet, starts: Starts
-) -> list[Jet]:
-    """Return enclosures of the shares at angles (lanes,) [rad], each around all smooth pieces."""
-    count = phi.lanes
-    lanes, script = np.arange(count), np.empty((0, count))
-    parts: list[tuple[Integers, list[Jet]]] = []
-    inputs = response.prepare(space, phi, starts)
-    space.jumping = np.zeros(count, dtype=bool)
-    while len(lanes):
-        branches, jets = response.runners[-1].enclose(space, inputs, lanes, script)
-        if not response.program.is_continuous:
-            np.logical_or.at(space.jumping, lanes, branches.jumping)
-        parts.append((lanes, [replace(jet.repeated(len(lanes)), space=space) for jet in jets]))
-        further, script = branches.further()
-        lanes = lanes[further]
-        if sum(len(piece_lanes) for piece_lanes, _ in parts) > MAX_LANES * count:
-            raise Unbounded("a box goes through many branches")
-    quantities = range(len(parts[0][1]))
-    return [
-        _enclose_parts([(piece_lanes, jets[index]) for piece_lanes, jets in parts])
-        for index in quantities
-    ]
+class ResponseRecorder:
+    """Builds a response of designs with `parameters` values, from code."""
+
+    def __init__(self, parameters: int) -> None:
+        self.parameters, self.stages = parameters, list[Program]()
+        self._count = parameters + 1
+
+    @property
+    def phi(self) -> int:
+        """The index of the angle."""
+        return self.parameters
+
+    def call(self, code: Code, inputs: Sequence[int], limits: Sequence[float] = ()) -> list[int]:
+        """Return the indices of the results of code or, with limits, of its roots, which it takes
+        as unknowns before the inputs.
+        """
+        stage = record_program(code, len(limits) + len(inputs), inputs, limits)
+        self.stages.append(stage)
+        self._count += stage.size
+        return list(range(self._count - stage.size, self._count))
 
 
-def _enclose_parts(parts: Sequence[tuple[Integers, Jet]]) -> Jet:
-    """Return a jet around all parts: the first part has every lane, the others are pieces of some
-    lanes.
-    """
-    (lanes, first), *pieces = parts
-    support = tuple(sorted({k for _, jet in parts for k in jet.support}))
-    hull = first.over(support).taken(lanes)
-    touched = np.zeros(len(lanes), dtype=bool)
-    balls = [hull.value, hull.gradient, hull.hessian]
-    bounds = [(ball.low, ball.high) for ball in balls] if pieces else []
-    for piece_lanes, jet in pieces:
-        touched[piece_lanes] = True
-        piece = jet.over(support).taken(np.arange(len(piece_lanes)))
-        for (low, high), ball in zip(
-            bounds, (piece.value, piece.gradient, piece.hessian), strict=True
-        ):
-            np.minimum.at(low.T, piece_lanes, ball.low.T)
-            np.maximum.at(high.T, piece_lanes, ball.high.T)
-    if pieces:
-        balls = [
-            select_balls(touched, Ball.between(*side), ball)
-            for side, ball in zip(bounds, balls, strict=True)
-        ]
-    return Jet(hull.space, support, *balls)
-
-
-MAX_CHOICES = 60
-"""Maximum number of combinations of angles, one for each extreme, at which an objective is bounded
-from below.
-"""
+Kinks = tuple[Array, Array, Array]
+"""Angles [rad] of kinks (k,) at a design, their slopes (k, p) in it, and how they bend (k, p, p)."""
+LEAST_GUARD = 1e-6
+"""Least distance of the end of a panel from a kink [rad]."""
 
 
 @dataclass(frozen=True)
-class Maximum:
-    """The greatest value of a quantity over a cycle: it is nowhere below `points` (lanes), and one
-    of `panels` (lanes).
+class AnglePanels:
+    """Panels over a period: `parts` (k,) equal ones from each of the `knots` (k,) [rad] to the
+    next, or to its end.
 
-    These are the same samples, or a few angles and what the quantity is anywhere in panels of all
-    angles.
+    Knots are those at the centre of a box, with `rates` (k, p) in the design. The space of panels
+    has the place in a panel, from -1 to 1, as the parameter after those of the design.
     """
 
-    points: Jet
-    panels: Jet
+    knots: Array
+    rates: Array
+    parts: tuple[int, ...]
+    period: Ball
+
+    @classmethod
+    def build(cls, kinks: Kinks, half: Array, period: Ball, count: int) -> AnglePanels:
+        """Return at least `count` panels over designs of a box with half widths (p,), narrow ones
+        about the kinks.
+        """
+        turn = float(period.mid[0])
+        angles, rates, bends = kinks
+        guard = np.einsum("kij,i,j->k", np.abs(bends), half, half) + LEAST_GUARD
+        ends = np.concatenate([angles - guard, angles + guard])
+        slopes = np.concatenate([rates, rates])
+        knots: list[tuple[float, Array]] = []
+        for k in np.argsort(ends, kind="stable"):
+            if not knots or ends[k] - knots[-1][0] > np.abs(slopes[k] - knots[-1][1]) @ half:
+                knots.append((ends[k], slopes[k]))
+        while (
+            len(knots) > 1
+            and knots[0][0] + turn - knots[-1][0] <= np.abs(knots[0][1] - knots[-1][1]) @ half
+        ):
+            knots.pop()
+        knots = knots or [(0.0, np.zeros_like(half))]
+        places = np.array([place for place, _ in knots])
+        widths = np.diff(places, append=places[0] + turn)
+        parts = tuple(max(1, int(np.ceil(width / turn * count))) for width in widths)
+        return cls(places, np.array([rate for _, rate in knots]), parts, period)
 
     @cached_property
-    def order(self) -> Integers:
-        """The points by their values at the centre, the greatest first."""
-        return np.argsort(-self.points.value[CENTRE].mid, kind="stable")
+    def places(self) -> Array:
+        """Return the angles [rad] at which panels begin at the centre of a box (m,)."""
+        return self._divide(self.knots, self.knots[:1] + self.period.mid[0])
 
-    def find_span(self, part: int) -> tuple[float, float]:
-        """Return between which values the greatest value is, at the centre of the box or anywhere
-        in it.
+    @cached_property
+    def slopes(self) -> Array:
+        """Slopes (m, p) of the places in the design."""
+        return self._divide(self.rates, self.rates[:1])
+
+    def _divide(self, values: Array, end: Array) -> Array:
+        """Return values at all places from those (k, ...) at the knots and at the end of the
+        period.
         """
-        return float(self.points.value[part].low.max()), float(self.panels.value[part].high.max())
+        steps = np.diff(values, axis=0, append=end)
+        shares = [np.arange(count) / count for count in self.parts]
+        return np.concatenate(
+            [
+                value + np.multiply.outer(share, step)
+                for value, share, step in zip(values, shares, steps, strict=True)
+            ]
+        )
 
-    def find_slopes(self, support: tuple[int, ...]) -> Ball:
-        """Return what encloses the slopes of the greatest value: those of all panels that may have
-        it.
+    def angles(self, space: Space) -> tuple[Jet, Jet]:
+        """Return the angles in the panels [rad], and the shares of the panels in the period, over a
+        box.
+
+        Raises Unbounded if a panel may have no width.
         """
-        panels = self.panels.over(tuple(sorted({*support, *self.panels.support})))
-        lanes = np.flatnonzero((self.points.taken(self.order[:1]) - panels).lower_bound <= 0)
-        places = [panels.support.index(k) for k in support]
-        return panels.taken(lanes).gradient[ANYWHERE].spread()[places]
+        low = space.linear(self.places, self.slopes)
+        next_, count = np.roll(np.arange(len(self.places)), -1), len(self.places)
+        is_last = np.arange(count) == count - 1
+        turn = Ball(
+            np.where(is_last, self.period.mid, 0.0), np.where(is_last, self.period.rad, 0.0)
+        )
+        high = low.taken(next_) + space.constant(turn)
+        width = high - low
+        if not (width.value[ANYWHERE].low > 0).all():
+            raise Unbounded("panels of angles overlap")
+        place = space.parameters()[-1]
+        return (low + high) / 2 + width * place / 2, width / space.constant(self.period)
 
+    def find_peaks(self, jet: Jet, k: int, count: int) -> tuple[Array, Array]:
+        """Return `count` angles [rad] where a quantity, with its place k, is nearly greatest, and
+        their slopes (n, p).
 
-@dataclass(frozen=True)
-class Evidence:
-    """Choices with which an objective was bounded over a box; bounds are true whatever they are.
-
-    `panels` of angles, angles `peaks` (n,) [rad] near extremes, which move with the design at
-    `rates` (n, p), `starts` of roots, and `narrow` panels at the centre of the box. Samples have
-    none of them but starts.
-    """
-
-    starts: Sequence[RootStart] = ()
-    panels: AnglePanels | None = None
-    peaks: Array | None = None
-    rates: Array | None = None
-    narrow: AnglePanels | None = None
-
-
-@dataclass(frozen=True)
-class ObjectiveBounds:
-    """Bounds of an objective over a box: `lower_bound` is below all values, `reached` above the
-    value at the centre.
-
-    `slopes` (p,) enclose the derivatives, at kinks the one-sided ones; `looseness` (p,) is the
-    contribution of the width of each parameter to the looseness of the bounds. The slopes do not
-    apply to an objective that `may_jump`, nor to an objective of which only a part is bounded.
-    """
-
-    lower_bound: float
-    reached: float
-    slopes: Ball
-    looseness: Array
-    may_jump: bool = False
-    evidence: Evidence = Evidence()
-
-
-def bound_objective(smooth: Jet, extremes: Sequence[Maximum]) -> ObjectiveBounds:
-    """Return bounds of a smooth part (one lane) plus greatest values."""
-    count = int(MAX_CHOICES ** (1 / max(1, len(extremes))))
-    chosen = [extreme.order[:count] for extreme in extremes]
-    total = smooth
-    for extreme, lanes in zip(extremes, np.meshgrid(*chosen, indexing="ij"), strict=True):
-        total = total + extreme.points.taken(lanes.ravel())
-    moved = (
-        k for extreme in extremes for k in extreme.panels.support if smooth.space.half[k].any()
-    )
-    total = total.over(tuple(sorted({*total.support, *moved})))
-    slopes = smooth.over(total.support).gradient[ANYWHERE][:, 0]
-    for extreme in extremes:
-        slopes = slopes + extreme.find_slopes(total.support)
-    reached = smooth.value[CENTRE][0]
-    for extreme in extremes:
-        reached = reached + Ball.exact(extreme.find_span(CENTRE)[1])
-    space = smooth.space
-    half = space.half[list(total.support)]
-    curvature = (half * space.reach(total.support, total.hessian.magnitude)).max(axis=-1)
-    bounds = ObjectiveBounds(
-        float(total.lower_bound.max()),
-        float(reached.high),
-        slopes,
-        curvature + half[:, 0] * slopes.rad,
-    )
-    return _expand_bounds(total, bounds)
-
-
-def _expand_bounds(total: Jet, bounds: ObjectiveBounds) -> ObjectiveBounds:
-    """Return the bounds with slopes and looseness of all parameters (p,), zero for parameters of
-    zero width.
-    """
-    size, support = len(total.space.lower), list(total.support)
-    mid, rad, loose = np.zeros(size), np.zeros(size), np.zeros(size)
-    mid[support], rad[support], loose[support] = (
-        bounds.slopes.mid,
-        bounds.slopes.rad,
-        bounds.looseness,
-    )
-    return ObjectiveBounds(
-        bounds.lower_bound, bounds.reached, Ball(mid, rad), loose, total.space.may_jump
-    )
-
-
-def enclose_square(jet: Jet) -> Jet:
-    """Return the squares, which are nowhere negative."""
-    square = jet**2
-    anywhere, power = square.value[ANYWHERE], jet.value[ANYWHERE].square()
-    value = Ball.between(np.maximum(anywhere.low, power.low), np.minimum(anywhere.high, power.high))
-    return square.holding(join_parts(square.value[CENTRE], value))
+        They are those of the greatest values of parabolas at the centre of the box, and move as
+        panels do.
+        """
+        full = jet.over(unite_supports([jet], k))
+        at = full.support.index(k)
+        value, slope = full.value.mid[CENTRE], full.gradient.mid[CENTRE][at]
+        bend = np.minimum(full.hessian.mid[at * (at + 3) // 2], 0.0)
+        place = np.where(
+            bend < 0, np.clip(-slope / np.where(bend < 0, bend, -1.0), -1, 1), np.sign(slope)
+        )
+        best = np.argsort(-(value + slope * place + bend * place**2 / 2), kind="stable")[:count]
+        share = (1 + place[best]) / 2
+        widths = np.diff(self.places, append=self.places[0] + self.period.mid[0])[best]
+        further = np.roll(self.slopes, -1, axis=0)[best] - self.slopes[best]
+        return self.places[best] + share * widths, self.slopes[best] + share[:, None] * further

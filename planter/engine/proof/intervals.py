@@ -17,9 +17,9 @@ lanes.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field
-from typing import Any, Self
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -71,17 +71,21 @@ class Ball:
 
     @property
     def low(self) -> Array:
-        return _round_down(self.mid - self.rad)
+        return round_down(self.mid - self.rad)
 
     @property
     def high(self) -> Array:
-        return -_round_down(-self.mid - self.rad)
+        return -round_down(-self.mid - self.rad)
 
     @property
     def magnitude(self) -> Array:
         """Upper bound of the absolute values in the ball."""
         bound: Array = (np.abs(self.mid) + self.rad) * GROWTH
         return bound
+
+    def map(self, function: Callable[[Array], Array]) -> Ball:
+        """Return a ball whose midpoints and radii are rearranged by the same function."""
+        return Ball(function(self.mid), function(self.rad))
 
     def __getitem__(self, key: Any) -> Ball:
         return Ball(self.mid[key], self.rad[key])
@@ -125,18 +129,20 @@ class Ball:
 
     def square(self) -> Ball:
         """Return x^2, whose ends are squares of those of x, or zero."""
-        low, high = np.maximum(_round_down(np.abs(self.mid) - self.rad), 0), self.magnitude
-        return Ball.between(np.maximum(_round_down(low * low), 0), -_round_down(-high * high))
+        low, high = np.maximum(round_down(np.abs(self.mid) - self.rad), 0), self.magnitude
+        return Ball.between(np.maximum(round_down(low * low), 0), -round_down(-high * high))
 
     def sqrt(self) -> Ball:
         """NaN in lanes where x may be negative or zero; raises Unbounded where that is so in every
         lane.
         """
-        margin = _require_positive(
-            self.mid * (1 - 4 * U) - self.rad, "the argument of a root may vanish"
-        )
+        margin = self._require_positive("a root")
         mid = np.sqrt(np.where(margin > 0, self.mid, np.nan))
         return Ball(mid, (self.rad / (mid + np.sqrt(margin)) + SLACK * mid) * GROWTH + TINY)
+
+    def _require_positive(self, function: str) -> Array:
+        margin = self.mid * (1 - 4 * U) - self.rad
+        return _require_positive(margin, f"the argument of {function} may vanish")
 
     def sin(self) -> Ball:
         """Return an enclosure of the sine."""
@@ -156,7 +162,7 @@ class Ball:
     def arctan(self) -> Ball:
         """Return an enclosure of the arc tangent."""
         low, high = np.arctan(self.low) - LIBM, np.arctan(self.high) + LIBM
-        return Ball.between(_round_down(low), -_round_down(-high))
+        return Ball.between(round_down(low), -round_down(-high))
 
     def exp(self) -> Ball:
         """Return an enclosure of the exponential."""
@@ -171,9 +177,7 @@ class Ball:
         """NaN in lanes where x may be negative or zero; raises Unbounded where that is so in every
         lane.
         """
-        margin = _require_positive(
-            self.mid * (1 - 4 * U) - self.rad, "the argument of a logarithm may vanish"
-        )
+        margin = self._require_positive("a logarithm")
         mid = np.log(np.where(margin > 0, self.mid, np.nan))
         return Ball(mid, (self.rad / margin + LIBM * np.abs(mid)) * (1 + LIBM) * GROWTH + TINY)
 
@@ -187,7 +191,7 @@ class Ball:
         rounding = (count + 1) * U * np.abs(self.mid).sum(axis=axis)
         return Ball(
             self.mid.sum(axis=axis),
-            (self.rad.sum(axis=axis) + rounding) * _sum_growth(count) + TINY,
+            (self.rad.sum(axis=axis) + rounding) * (GROWTH + 4 * U * count) + TINY,
         )
 
     def spread(self, axis: int = -1) -> Ball:
@@ -240,109 +244,44 @@ def select_balls(condition: Flags, a: Ball, b: Ball) -> Ball:
     return Ball(np.where(condition, a.mid, b.mid), np.where(condition, a.rad, b.rad))
 
 
-def _round_down(value: Array) -> Array:
+def round_down(value: Array) -> Array:
     """Return a lower bound of the exact value whose rounding is `value`."""
     lower: Array = value - (2 * U * np.abs(value) + TINY)
     return lower
-
-
-def _sum_growth(count: int) -> float:
-    return GROWTH + 4 * U * count
 
 
 MAX_ANSWERS = 3
 """Number of answers to a condition above which a box is too wide to follow them."""
 
 
-@dataclass
 class Branches:
-    """Conditions of a number of lanes; `script` (q, lanes) prescribes answers, NaN where the box
-    determines them.
+    """Answers (q, lanes) to the conditions of a program in lanes, between the `smallest` and the
+    `largest` that a box allows.
+
+    A script (m, lanes) prescribes the first answers, NaN where the box determines them; `jumps`
+    says of each condition whether the response may jump where its answer changes.
+
+    Raises Unbounded if a condition has many answers.
     """
 
-    lanes: int
-    script: Array
-    answers: list[Array] = field(default_factory=list)
-    alternatives: list[tuple[int, int, float]] = field(default_factory=list)
-    """(lane, index of the condition, alternative answer)."""
-    jumping: Flags = field(init=False)
-    """Lanes (lanes,) in which a value may jump where an answer changes."""
-
-    def __post_init__(self) -> None:
-        self.jumping = np.zeros(self.lanes, dtype=bool)
-
-    @classmethod
-    def none(cls, lanes: int) -> Self:
-        """Return branches without a script."""
-        return cls(lanes, np.empty((0, lanes)))
-
-    def below(self, value: Ball, strictly: bool, jumps: bool = True) -> Flags:
-        """Return whether values are below zero, or at zero unless `strictly`.
-
-        `jumps` says whether the response may jump where the answer changes.
-        """
-        never = ~(
-            value.low < 0 if strictly else value.low <= 0
-        )  # a ball without bounds leaves nothing open
-        always = value.high < 0 if strictly else value.high <= 0
-        usual = np.where(value.mid < 0, 1.0, 0.0)
-        is_below: Flags = (
-            self._answer(np.where(never, 0.0, 1.0), np.where(always, 1.0, 0.0), usual, jumps) > 0
-        )
-        return is_below
-
-    def floor(self, value: Ball) -> Array:
-        """Return an enclosure of the largest integers below the values."""
-        high, low, mid = (
-            np.nan_to_num(np.floor(side)) for side in (value.high, value.low, value.mid)
-        )
-        return self._answer(high, low, mid)
-
-    def _answer(self, largest: Array, smallest: Array, usual: Array, jumps: bool = True) -> Array:
-        """Return the answer of each lane, between the smallest and the largest."""
-        question = len(self.answers)
-        scripted = self.script[question] if question < len(self.script) else None
-        open_ = largest != smallest
-        if scripted is None and not open_.any():
-            self.answers.append(np.broadcast_to(smallest, (self.lanes,)))
-            return smallest
-        self.jumping |= open_ & jumps
-        free = np.ones(self.lanes, dtype=bool) if scripted is None else np.isnan(scripted)
-        answer = np.where(
-            free, np.broadcast_to(usual, free.shape), 0 if scripted is None else scripted
-        )
-        self.answers.append(answer)
-        if (largest - smallest).max(
-            where=np.broadcast_to(open_, largest.shape), initial=0
-        ) >= MAX_ANSWERS:
-            raise Unbounded("a box goes through many branches")
-        for lane in np.flatnonzero(np.broadcast_to(open_, (self.lanes,)) & free):
-            low, high = (np.broadcast_to(side, (self.lanes,))[lane] for side in (smallest, largest))
-            for other in np.arange(low, high + 1):
-                if other != answer[lane]:
-                    self.alternatives.append((int(lane), question, float(other)))
-        return answer
-
-    def replay(
-        self, largest: Array, smallest: Array, answers: Array, jumps: Sequence[bool]
+    def __init__(
+        self, largest: Array, smallest: Array, answers: Array, script: Array, jumps: Sequence[bool]
     ) -> None:
-        """Take over conditions (q, lanes) that were evaluated elsewhere.
-
-        Raises Unbounded if one has many answers.
-        """
-        self.answers = list(answers)
         open_ = largest != smallest
         if (largest - smallest).max(where=open_, initial=0) >= MAX_ANSWERS:
             raise Unbounded("a box goes through many branches")
-        self.jumping = np.asarray((open_ & np.array(jumps, dtype=bool)[:, None]).any(axis=0))
+        self.answers = answers
+        self.jumping: Flags = (open_ & np.array(jumps, dtype=bool)[:, None]).any(axis=0)
+        """Lanes (lanes,) in which a value may jump where an answer changes."""
         free = open_.copy()
-        free[: len(self.script)] &= np.isnan(self.script[: len(free)])
+        free[: len(script)] &= np.isnan(script[: len(free)])
         self.alternatives = [
             (int(lane), int(question), float(other))
             for question, lane in zip(*np.nonzero(free), strict=True)
             for other in np.arange(smallest[question, lane], largest[question, lane] + 1)
             if other != answers[question, lane]
         ]
+        """(lane, index of the condition, alternative answer)."""
 
     def further(self) -> tuple[Integers, Array]:
         """Return the lanes from which further lanes branch off, (n,), and the scripts of these (q,
@@ -351,6 +290,6 @@ class Branches:
         lanes = np.array([lane for lane, _, _ in self.alternatives], dtype=np.int64)
         script = np.full((len(self.answers), len(lanes)), np.nan)
         for k, (lane, question, other) in enumerate(self.alternatives):
-            script[:question, k] = [answer[lane] for answer in self.answers[:question]]
+            script[:question, k] = self.answers[:question, lane]
             script[question, k] = other
         return lanes, script

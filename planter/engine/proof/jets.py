@@ -8,8 +8,7 @@ and f'(x) in f'(c) + H (x - c); each operation intersects its result with these 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -22,7 +21,6 @@ from planter.engine.proof.intervals import (
     SLACK,
     TINY,
     Ball,
-    Branches,
     Unbounded,
     intersect_balls,
     select_balls,
@@ -31,6 +29,27 @@ from planter.engine.proof.intervals import (
 from planter.kernels import Array, Flags, Integers
 
 CENTRE, ANYWHERE = 0, 1
+ONE, TWO = Ball.exact(1.0), Ball.exact(2.0)
+
+BallFunction = Callable[..., Ball]
+FUNCTIONS: dict[str, tuple[BallFunction, BallFunction, BallFunction]] = {
+    "inverse": (Ball.inverse, lambda _, y: -(y * y), lambda x, y, d: TWO * (y * y) * y),
+    "sqrt": (
+        Ball.sqrt,
+        lambda _, y: (TWO * y).inverse(),
+        lambda x, y, d: -(d * (TWO * x).inverse()),
+    ),
+    "sin": (Ball.sin, lambda x, _: x.cos(), lambda x, y, d: -y),
+    "cos": (Ball.cos, lambda x, _: -x.sin(), lambda x, y, d: -y),
+    "arctan": (
+        Ball.arctan,
+        lambda x, _: (ONE + x.power(2).nonnegative()).inverse(),
+        lambda x, y, d: -(TWO * x * d * d),
+    ),
+    "exp": (Ball.exp, lambda _, y: y, lambda x, y, d: y),
+    "log": (Ball.log, lambda x, _: x.inverse(), lambda x, y, d: -(d * d)),
+}
+"""Elementary functions y of a ball x, by name: y from x, y' from x and y, y'' from x, y and y'."""
 
 
 class Space:
@@ -38,43 +57,26 @@ class Space:
     defined.
 
     Parameters of zero width are constants. `half` (p, 1 or lanes) is half the width. `jumping`
-    (lanes,) marks lanes that may jump within the box, whose jets enclose values but not slopes;
-    `may_jump` is true if there are any.
+    (lanes,) marks lanes that may jump within the box, whose jets enclose values but not slopes.
+    Jets of functions at single designs have no Taylor forms: they are not cut by them if
+    `is_cutting` is false.
     """
 
-    def __init__(self, lower: Array, upper: Array, branches: Branches | None = None) -> None:
+    def __init__(self, lower: Array, upper: Array) -> None:
         self.lower, self.upper = lower, upper
         self.centre = lower + (upper - lower) / 2
         half = np.maximum(upper - self.centre, self.centre - lower)
         self.half = np.where(upper > lower, half * GROWTH + TINY, 0.0).reshape(len(lower), -1)
-        self.branches = Branches.none(1) if branches is None else branches
         self.jumping: Flags = np.zeros(1, dtype=bool)
         self.is_cutting = True
         self._reach: dict[tuple[int, ...], Array] = {}
 
-    @property
-    def may_jump(self) -> bool:
-        return bool(self.jumping.any())
-
-    def asking(self, branches: Branches, lanes: Any = slice(None)) -> Space:
-        """Return the same box, or the boxes of some lanes, with conditions answered by
-        `branches`.
-        """
+    def taken(self, lanes: Any) -> Space:
+        """Return the boxes of some lanes, or the same box if all lanes have it."""
         ends = [end[..., lanes] if end.ndim > 1 else end for end in (self.lower, self.upper)]
-        space = Space(ends[0], ends[1], branches)
+        space = Space(*ends)
         space.is_cutting = self.is_cutting
         return space
-
-    @contextmanager
-    def at_points(self) -> Iterator[None]:
-        """Treat jets as functions at single designs, without intersecting them with their Taylor
-        forms over the box.
-        """
-        self.is_cutting = False
-        try:
-            yield
-        finally:
-            self.is_cutting = True
 
     def parameters(self) -> list[Jet]:
         """Return the design parameters as jets."""
@@ -85,13 +87,18 @@ class Space:
             return self.constant(Ball.exact(np.atleast_1d(self.lower[k])))
         mid = np.tile(self.centre[k], (2, 1))
         value = Ball(mid, np.stack([0 * self.half[k], self.half[k]]))
-        return Jet(self, (k,), value, Ball.exact(np.ones((2, 1, 1))), Ball.exact(np.zeros((1, 1))))
+        return self.jet((k,), value, Ball.exact(np.ones((2, 1, 1))), Ball.exact(np.zeros((1, 1))))
+
+    def jet(self, support: tuple[int, ...], value: Ball, gradient: Ball, hessian: Ball) -> Jet:
+        """Return the jet of a value (2, lanes), gradient (2, k, lanes) and packed Hessian (K,
+        lanes).
+        """
+        slopes = gradient.map(lambda side: side.reshape(2 * len(support), side.shape[-1]))
+        return Jet(self, support, _stack_rows(value, slopes, hessian))
 
     def constant(self, value: Ball) -> Jet:
         """Return balls (lanes,) that do not depend on the design as a jet."""
-        both = join_parts(value, value)
-        nothing = Ball.exact(np.zeros((2, 0, 1))), Ball.exact(np.zeros((0, 1)))
-        return Jet(self, (), both, *nothing)
+        return Jet(self, (), join_parts(value, value))
 
     def lift(self, value: Any) -> Jet:
         """Return numbers as a jet; a jet is returned unchanged."""
@@ -113,24 +120,19 @@ class Space:
             np.stack([values, values]), np.stack([0 * values, change if support else 0 * values])
         )
         bend = np.zeros((packed_size(len(support)), len(values)))
-        return Jet(self, support, value, Ball.exact(np.stack([rates, rates])), Ball.exact(bend))
-
-    def integer(self, number: int) -> Jet:
-        """Return an integer as a jet."""
-        return self.constant(Ball.exact([float(number)]))
+        return self.jet(support, value, Ball.exact(np.stack([rates, rates])), Ball.exact(bend))
 
     def reach(self, support: tuple[int, ...], hessian: Array) -> Array:
         """Return the change (k, lanes) of a gradient from the centre to the faces, from packed
         |Hessian| (K, lanes).
         """
+        rows, columns = packed_indices(len(support))
         if self.half.shape[1] > 1:
-            rows, columns = packed_indices(len(support))
             square = np.empty((len(support), len(support)), dtype=np.int64)
             square[rows, columns] = square[columns, rows] = np.arange(len(rows))
             reach_sum: Array = (hessian[square] * self.half[list(support)]).sum(axis=1)
             return reach_sum
         if support not in self._reach:
-            rows, columns = packed_indices(len(support))
             reach = np.zeros((len(support), len(rows)))
             for place, (i, j) in enumerate(zip(rows, columns, strict=True)):
                 reach[i, place] = self.half[support[j], 0]
@@ -143,90 +145,96 @@ class Space:
 class Jet:
     """A quantity over lanes; `support` are the indices of the k parameters on which it depends.
 
-    value (2, lanes) and gradient (2, k, lanes) at the centre and anywhere; hessian (K, lanes)
-    anywhere, packed.
+    Rows (2 + 2 k + K, lanes), as in C: value at the centre and anywhere, gradient at the centre
+    and anywhere, packed Hessian anywhere.
     """
 
     space: Space
     support: tuple[int, ...]
-    value: Ball
-    gradient: Ball
-    hessian: Ball
+    rows: Ball
+
+    @property
+    def value(self) -> Ball:
+        """The value at the centre and anywhere, (2, lanes)."""
+        return self.rows[:2]
+
+    @property
+    def gradient(self) -> Ball:
+        """The gradient at the centre and anywhere, (2, k, lanes)."""
+        count = len(self.support)
+        slopes = self.rows[2 : 2 + 2 * count]
+        return slopes.map(lambda side: side.reshape(2, count, side.shape[1]))
+
+    @property
+    def hessian(self) -> Ball:
+        """The packed Hessian anywhere, (K, lanes)."""
+        return self.rows[2 + 2 * len(self.support) :]
 
     @property
     def lanes(self) -> int:
-        return max(
-            self.value.mid.shape[-1], self.gradient.mid.shape[-1], self.hessian.mid.shape[-1]
-        )
+        return self.rows.mid.shape[1]
 
     @property
     def is_bounded(self) -> Flags:
         """Flags (lanes,) of the lanes with bounds."""
-        balls = [
-            _broadcast_lanes(ball, self.lanes) for ball in (self.value, self.gradient, self.hessian)
-        ]
-        sides = [side.reshape(-1, self.lanes) for ball in balls for side in (ball.mid, ball.rad)]
-        return np.asarray(np.isfinite(np.concatenate(sides)).all(axis=0))
+        finite = np.isfinite(self.rows.mid) & np.isfinite(self.rows.rad)
+        return np.asarray(finite.all(axis=0))
 
     def repeated(self, count: int) -> Jet:
         """Return the jet repeated over `count` lanes if it has one lane."""
-        return Jet(
-            self.space,
-            self.support,
-            *(_broadcast_lanes(b, count) for b in (self.value, self.gradient, self.hessian)),
-        )
+        shape = len(self.rows.mid), count
+        return self._with(self.rows.map(lambda side: np.broadcast_to(side, shape)))
 
     def taken(self, lanes: Any) -> Jet:
         """Return the jet on some of its lanes."""
-        value, gradient, hessian = (
-            _broadcast_lanes(b, self.lanes) for b in (self.value, self.gradient, self.hessian)
-        )
-        return Jet(
-            self.space, self.support, value[..., lanes], gradient[..., lanes], hessian[..., lanes]
-        )
+        return self._with(self.rows[:, lanes])
+
+    def moved(self, space: Space) -> Jet:
+        """Return the jet on a space of the same box."""
+        return Jet(space, self.support, self.rows)
+
+    def holding(self, value: Ball) -> Jet:
+        """Return the jet with another enclosure of its value (2, lanes)."""
+        return self._with(_stack_rows(value, self.rows[2:]))
+
+    def _with(self, rows: Ball) -> Jet:
+        return Jet(self.space, self.support, rows)
 
     def over(self, support: tuple[int, ...]) -> Jet:
         """Return the jet as a function of more parameters."""
         if support == self.support:
             return self
-        rows, places = _embedding_indices(self.support, support)
-        gradient, hessian = (
-            _zero_ball(b, n)
-            for b, n in ((self.gradient, len(support)), (self.hessian, packed_size(len(support))))
-        )
-        for part in ("mid", "rad"):
-            getattr(gradient, part)[:, rows] = getattr(self.gradient, part)
-            getattr(hessian, part)[places] = getattr(self.hessian, part)
-        return Jet(self.space, support, self.value, gradient, hessian)
+        places = _embedding_indices(self.support, support)
+
+        def embed(side: Array) -> Array:
+            count = 2 + 2 * len(support) + packed_size(len(support))
+            rows = np.zeros((count, side.shape[1]))
+            rows[places] = side
+            return rows
+
+        return Jet(self.space, support, self.rows.map(embed))
 
     def cut(self) -> Jet:
         """Return the jet with value and gradient anywhere intersected with its Taylor form."""
         if not self.support or not self.space.is_cutting:
             return self
-        half, moved = (
-            self.space.half[list(self.support)],
-            self.space.reach(self.support, self.hessian.magnitude),
-        )
-        slope = self.gradient[CENTRE]
+        count, half = len(self.support), self.space.half[list(self.support)]
+        moved = self.space.reach(self.support, self.hessian.magnitude)
+        centre, slope = self.rows[0], self.rows[2 : 2 + count]
         gradient = Ball(slope.mid, (slope.rad + moved) * GROWTH + TINY)
-        centre = self.value[CENTRE]
         change = _weigh(half, slope.magnitude + moved / 2)
-        value = Ball(centre.mid + 0 * change, (centre.rad + change) * GROWTH + TINY)
-        return Jet(
-            self.space,
-            self.support,
-            join_parts(centre, intersect_balls(self.value[ANYWHERE], value)),
-            join_parts(slope, intersect_balls(self.gradient[ANYWHERE], gradient)),
-            self.hessian,
-        )
+        value = Ball(centre.mid, (centre.rad + change) * GROWTH + TINY)
+        rows = self.rows.map(np.copy)
+        for place, formed in ((1, value), (slice(2 + count, 2 + 2 * count), gradient)):
+            part = intersect_balls(rows[place], formed)
+            rows.mid[place], rows.rad[place] = part.mid, part.rad
+        return self._with(rows)
 
     @property
     def lower_bound(self) -> Array:
         """Lower bounds over the box, (lanes,)."""
-        half, (rows, columns) = (
-            self.space.half[list(self.support)],
-            packed_indices(len(self.support)),
-        )
+        half = self.space.half[list(self.support)]
+        rows, columns = packed_indices(len(self.support))
         weights = np.where(rows == columns, 0.5, 1.0)[:, None] * half[rows] * half[columns]
         bent = np.where(
             (rows == columns)[:, None], np.maximum(-self.hessian.low, 0), self.hessian.magnitude
@@ -239,59 +247,65 @@ class Jet:
         return np.maximum(formed, self.value[ANYWHERE].low)
 
     def __neg__(self) -> Jet:
-        return Jet(self.space, self.support, -self.value, -self.gradient, -self.hessian)
+        return self._with(-self.rows)
 
     def __add__(self, other: Any) -> Jet:
-        a, b = self._paired(other)
-        if not b.support:
-            return Jet(self.space, a.support, a.value + b.value, a.gradient, a.hessian)
+        a, b = self, self.space.lift(other)
         if not a.support:
-            return Jet(self.space, b.support, a.value + b.value, b.gradient, b.hessian)
+            a, b = b, a
+        if not b.support:
+            return a.holding(a.value + b.value)
         a, b = _align_jets(a, b)
-        return Jet(
-            self.space, a.support, a.value + b.value, a.gradient + b.gradient, a.hessian + b.hessian
-        ).cut()
+        return a._with(a.rows + b.rows).cut()
 
     def __mul__(self, other: Any) -> Jet:
-        a, b = self._paired(other)
+        a, b = self, self.space.lift(other)
         value = a.value * b.value
         if not b.support:
             a, b = b, a
         if not a.support:
-            rate = a.value[:, None]
-            return Jet(
-                self.space, b.support, value, rate * b.gradient, a.value[ANYWHERE] * b.hessian
-            )
+            rate, bend = a.value[:, None] * b.gradient, a.value[ANYWHERE] * b.hessian
+            return self.space.jet(b.support, value, rate, bend)
         a, b = _align_jets(a, b)
-        gradient = sum_products((a.value[:, None], b.gradient), (b.value[:, None], a.gradient))
+        a_gradient, b_gradient = a.gradient, b.gradient
+        gradient = sum_products((a.value[:, None], b_gradient), (b.value[:, None], a_gradient))
         rows, columns = packed_indices(len(a.support))
-        a_slope, b_slope = a.gradient[ANYWHERE], b.gradient[ANYWHERE]
+        a_slope, b_slope = a_gradient[ANYWHERE], b_gradient[ANYWHERE]
         hessian = sum_products(
             (a.value[ANYWHERE], b.hessian),
             (b.value[ANYWHERE], a.hessian),
             (a_slope[rows], b_slope[columns]),
             (a_slope[columns], b_slope[rows]),
         )
-        return Jet(self.space, a.support, value, gradient, hessian).cut()
+        return self.space.jet(a.support, value, gradient, hessian).cut()
 
     def through(self, value: Ball, first: Ball, second: Ball) -> Jet:
         """Return a function of the jet from its value (2, lanes), first (2, lanes) and second
         derivative (lanes,).
         """
         if not self.support:
-            return Jet(self.space, (), value, self.gradient, self.hessian)
+            return Jet(self.space, (), value)
         rows, columns = packed_indices(len(self.support))
-        slope = self.gradient[ANYWHERE]
+        gradient = self.gradient
+        slope = gradient[ANYWHERE]
         hessian = sum_products(
             (first[ANYWHERE], self.hessian), (second * slope[rows], slope[columns])
         )
-        return Jet(self.space, self.support, value, first[:, None] * self.gradient, hessian).cut()
+        return self.space.jet(self.support, value, first[:, None] * gradient, hessian).cut()
+
+    def call(self, name: str) -> Jet:
+        """Return an elementary function of the jet."""
+        function, slope, bend = FUNCTIONS[name]
+        value = function(self.value)
+        first = slope(self.value, value)
+        parts = self.value[ANYWHERE], value[ANYWHERE], first[ANYWHERE]
+        return self.through(value, first, bend(*parts))
 
     def __pow__(self, exponent: int) -> Jet:
         if exponent < 0:
-            return self.inverse() ** -exponent
+            return self.call("inverse") ** -exponent
         if exponent == 0:
-            return self.space.constant(Ball.exact([1.0]))
+            return self.space.lift(1.0)
         scales = [Ball.exact(float(n)) for n in (exponent, exponent * (exponent - 1))]
         first = scales[0] * self.value.power(exponent - 1)
         second = scales[1] * self.value[ANYWHERE].power(max(exponent - 2, 0))
@@ -303,47 +317,14 @@ class Jet:
         The polynomial is expanded about the centre c of each lane, where the powers of x - c are
         small.
         """
-        centre = Ball(self.value.mid[CENTRE], np.zeros_like(self.value.mid[CENTRE]))
+        centre = Ball.exact(self.value.mid[CENTRE])
         about = [Ball.exact(np.full(centre.mid.shape, float(a))) for a in coefficients]
         for end in range(len(about), 1, -1):
             for k in range(1, end):
                 about[k] = about[k] + centre * about[k - 1]
-        taylor, step = (
-            about[::-1],
-            self.value - Ball(join_parts(centre, centre).mid, np.zeros_like(self.value.mid)),
-        )
+        taylor, step = about[::-1], self.value - centre
         value, first, second = (_polynomial_derivative(taylor, step, n) for n in range(3))
         return self.through(value, first, second[ANYWHERE])
-
-    def inverse(self) -> Jet:
-        """Return an enclosure of the reciprocal."""
-        value = self.value.inverse()
-        square = value * value
-        return self.through(value, -square, Ball.exact(2.0) * square[ANYWHERE] * value[ANYWHERE])
-
-    def sqrt(self) -> Jet:
-        """Return an enclosure of the square root."""
-        root = self.value.sqrt()
-        first = (Ball.exact(2.0) * root).inverse()
-        return self.through(
-            root, first, -(first * (Ball.exact(2.0) * self.value).inverse())[ANYWHERE]
-        )
-
-    def sin(self) -> Jet:
-        """Return an enclosure of the sine."""
-        value = self.value.sin()
-        return self.through(value, self.value.cos(), -value[ANYWHERE])
-
-    def cos(self) -> Jet:
-        """Return an enclosure of the cosine."""
-        value = self.value.cos()
-        return self.through(value, -self.value.sin(), -value[ANYWHERE])
-
-    def arctan(self) -> Jet:
-        """Return an enclosure of the arc tangent."""
-        first = (Ball.exact(1.0) + self.value.power(2).nonnegative()).inverse()
-        second = -(Ball.exact(2.0) * self.value * first * first)[ANYWHERE]
-        return self.through(self.value.arctan(), first, second)
 
     def angle(self, abscissa: Jet) -> Jet:
         """Return the angle of a point with this ordinate: that of a fixed direction near it plus
@@ -361,25 +342,7 @@ class Jet:
         radial, tangential = abscissa * cos + self * sin, self * cos - abscissa * sin
         direction = np.arctan2(sin, cos)
         fixed = Ball(np.where(is_apart, direction, np.nan), np.full_like(direction, 2 * LIBM))
-        return (tangential / radial).arctan() + self.space.constant(fixed)
-
-    def exp(self) -> Jet:
-        """Return an enclosure of the exponential."""
-        value = self.value.exp()
-        return self.through(value, value, value[ANYWHERE])
-
-    def log(self) -> Jet:
-        """Return an enclosure of the natural logarithm."""
-        first = self.value.inverse()
-        return self.through(self.value.log(), first, -(first * first)[ANYWHERE])
-
-    def floor(self) -> Jet:
-        """Return an enclosure of the largest integers below the values, with derivative 0."""
-        return self.space.constant(Ball.exact(self.space.branches.floor(self.value[ANYWHERE])))
-
-    def mean(self) -> Jet:
-        """Return the mean over the lanes."""
-        return self.sum() / self.space.integer(self.lanes)
+        return (tangential / radial).call("arctan") + self.space.constant(fixed)
 
     def average(self, k: int) -> Jet:
         """Return the mean over a parameter k in [-1, 1], as a function of the others, in each lane.
@@ -414,39 +377,17 @@ class Jet:
         value = self.value[CENTRE] + change(slope[place], self.hessian[of_k & is_square][0])
         gradient = join_parts(slope[rest] + tilt(mixed), self.gradient[ANYWHERE][rest])
         support = tuple(self.support[i] for i in rest)
-        return Jet(
-            self.space,
-            support,
-            join_parts(value, self.value[ANYWHERE]),
-            gradient,
-            self.hessian[~of_k],
-        ).cut()
+        value = join_parts(value, self.value[ANYWHERE])
+        return self.space.jet(support, value, gradient, self.hessian[~of_k]).cut()
 
     def sum(self) -> Jet:
         """Return the sum over the lanes."""
-        sums = (
-            _broadcast_lanes(b, self.lanes).sum() for b in (self.value, self.gradient, self.hessian)
-        )
-        return Jet(
-            self.space, self.support, *(Ball(b.mid[..., None], b.rad[..., None]) for b in sums)
-        ).cut()
+        return self._with(self.rows.sum()[:, None]).cut()
 
     def where(self, condition: Any, other: Any) -> Jet:
         """Return this jet on the lanes where the condition is true and the other jet elsewhere."""
-        a, b = _align_jets(*self._paired(other))
-        parts = zip((a.value, a.gradient, a.hessian), (b.value, b.gradient, b.hessian), strict=True)
-        return Jet(
-            self.space,
-            a.support,
-            *(select_balls(condition, first, second) for first, second in parts),
-        )
-
-    def holding(self, value: Ball) -> Jet:
-        """Return the jet with another enclosure of its value (2, lanes)."""
-        return Jet(self.space, self.support, value, self.gradient, self.hessian)
-
-    def _paired(self, other: Any) -> tuple[Jet, Jet]:
-        return self, self.space.lift(other)
+        a, b = _align_jets(self, self.space.lift(other))
+        return a._with(select_balls(condition, a.rows, b.rows))
 
     def __sub__(self, other: Any) -> Jet:
         return self + (-other)
@@ -455,10 +396,10 @@ class Jet:
         return -self + other
 
     def __truediv__(self, other: Any) -> Jet:
-        return self * self._paired(other)[1].inverse()
+        return self * self.space.lift(other).call("inverse")
 
     def __rtruediv__(self, other: Any) -> Jet:
-        return self.inverse() * other
+        return self.call("inverse") * other
 
     __radd__, __rmul__ = __add__, __mul__
 
@@ -486,22 +427,27 @@ def _bound_parabola(slope: Ball, bend: Ball) -> Ball:
 
 def join_lanes(jets: Sequence[Jet]) -> Jet:
     """Return the lanes of all jets, one after the other."""
-    support = tuple(sorted({k for jet in jets for k in jet.support}))
-    parts = [
-        [getattr(jet.repeated(jet.lanes).over(support), part) for jet in jets]
-        for part in ("value", "gradient", "hessian")
-    ]
-    return Jet(
-        jets[0].space,
-        support,
-        *(
-            Ball(
-                np.concatenate([b.mid for b in balls], axis=-1),
-                np.concatenate([b.rad for b in balls], axis=-1),
-            )
-            for balls in parts
-        ),
-    )
+    support = unite_supports(jets)
+    rows = [jet.over(support).rows for jet in jets]
+    sides = [ball.mid for ball in rows], [ball.rad for ball in rows]
+    return Jet(jets[0].space, support, Ball(*(np.concatenate(side, axis=1) for side in sides)))
+
+
+def unite_supports(jets: Iterable[Jet], *more: int) -> tuple[int, ...]:
+    """Return the parameters on which any of some jets depends, and others."""
+    return tuple(sorted({k for jet in jets for k in jet.support}.union(more)))
+
+
+def _stack_rows(*parts: Ball) -> Ball:
+    """Return the rows of parts (n, lanes) below each other; a part of one lane is repeated."""
+    lanes = max(side.shape[1] for part in parts for side in (part.mid, part.rad))
+    mid, rad = np.empty((2, sum(len(part.mid) for part in parts), lanes))
+    start = 0
+    for part in parts:
+        stop = start + len(part.mid)
+        mid[start:stop], rad[start:stop] = part.mid, part.rad
+        start = stop
+    return Ball(mid, rad)
 
 
 def _polynomial_derivative(taylor: Sequence[Ball], step: Ball, order: int) -> Ball:
@@ -533,41 +479,27 @@ def packed_indices(size: int) -> tuple[Integers, Integers]:
 
 
 @lru_cache(maxsize=4096)
-def _embedding_indices(few: tuple[int, ...], many: tuple[int, ...]) -> tuple[Integers, Integers]:
-    """Return the positions of few parameters, and of their packed entries, among many."""
-    rows = np.array([many.index(k) for k in few], dtype=np.int64)
+def _embedding_indices(few: tuple[int, ...], many: tuple[int, ...]) -> Integers:
+    """Return the places of the rows of a jet of few parameters among those of many."""
+    own = np.array([many.index(k) for k in few], dtype=np.int64)
     i, j = packed_indices(len(few))
-    a, b = rows[i], rows[j]
-    high, low = np.maximum(a, b), np.minimum(a, b)
-    return rows, high * (high + 1) // 2 + low
+    high, low = np.maximum(own[i], own[j]), np.minimum(own[i], own[j])
+    bends = 2 + 2 * len(many) + high * (high + 1) // 2 + low
+    return np.concatenate([[0, 1], 2 + own, 2 + len(many) + own, bends])
 
 
 def _align_jets(a: Jet, b: Jet) -> tuple[Jet, Jet]:
     """Return both jets as functions of the union of their parameters."""
-    if a.support == b.support:
-        return a, b
-    support = tuple(sorted({*a.support, *b.support}))
+    support = unite_supports((a, b))
     return a.over(support), b.over(support)
-
-
-def _zero_ball(like: Ball, rows: int) -> Ball:
-    shape = (*like.mid.shape[:-2], rows, like.mid.shape[-1])
-    return Ball(np.zeros(shape), np.zeros(shape))
-
-
-def _broadcast_lanes(ball: Ball, lanes: int) -> Ball:
-    if ball.mid.shape[-1] == lanes == ball.rad.shape[-1]:
-        return ball
-    shape = (*ball.mid.shape[:-1], lanes)
-    return Ball(np.broadcast_to(ball.mid, shape), np.broadcast_to(ball.rad, shape))
 
 
 def join_parts(centre: Ball, anywhere: Ball) -> Ball:
     """Return a ball with parts at the centre of a box and anywhere in it."""
-    return Ball(_stack_parts(centre.mid, anywhere.mid), _stack_parts(centre.rad, anywhere.rad))
-
-
-def _stack_parts(centre: Array, anywhere: Array) -> Array:
-    parts = np.empty((2, *np.broadcast_shapes(centre.shape, anywhere.shape)))
-    parts[CENTRE], parts[ANYWHERE] = centre, anywhere
-    return parts
+    mid, rad = (
+        np.empty((2, *np.broadcast_shapes(*(side.shape for side in sides))))
+        for sides in ((centre.mid, anywhere.mid), (centre.rad, anywhere.rad))
+    )
+    mid[CENTRE], mid[ANYWHERE] = centre.mid, anywhere.mid
+    rad[CENTRE], rad[ANYWHERE] = centre.rad, anywhere.rad
+    return Ball(mid, rad)

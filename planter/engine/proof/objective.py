@@ -10,25 +10,31 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import cached_property
-from typing import Literal
+from typing import Any, Literal, Protocol, cast
 
 import numpy as np
 
+from planter.engine.machine import Machine
+from planter.engine.measures import Limit, Measure
 from planter.engine.proof.enclosures import (
-    EnclosedResponse,
-    Evidence,
-    Maximum,
-    ObjectiveBounds,
-    bound_objective,
-    enclose_moving,
-    enclose_square,
-    enclose_turns,
+    AnglePanels,
+    Kinks,
+    ResponseProgram,
+    RootStart,
     list_angles,
     list_samples,
 )
 from planter.engine.proof.intervals import Ball, Unbounded, intersect_balls
-from planter.engine.proof.jets import ANYWHERE, CENTRE, Jet, Space, join_lanes, join_parts
-from planter.engine.proof.panels import AnglePanels, MovingKinks
+from planter.engine.proof.jets import (
+    ANYWHERE,
+    CENTRE,
+    Jet,
+    Space,
+    join_lanes,
+    join_parts,
+    unite_supports,
+)
+from planter.errors import InputError
 from planter.kernels import Array, Integers
 
 MeasureKind = Literal["max", "min", "range", "mean", "variance", "std", "rms", "at"]
@@ -39,6 +45,10 @@ NONNEGATIVE = ("range", "variance", "std", "rms")
 
 MOST_LANES = 768
 """Lanes of boxes and angles above which it saves no more time to bound several boxes at once."""
+MAX_CHOICES = 60
+"""Maximum number of combinations of angles, one for each extreme, at which an objective is bounded
+from below.
+"""
 
 PANELS, PANELS_AT_POINT = 480, 2880
 """Least number of panels of a period over a box, and at a single design."""
@@ -47,7 +57,9 @@ PEAKS = 3
 WIDE_CENTRE = 0.2
 """Share of the looseness of a smooth part that its value at the centre may have."""
 
-FindKinks = Callable[[Array], MovingKinks]
+FindStarts = Callable[[Array], Sequence[RootStart]]
+"""Design (p,) -> values near the roots of each stage that has some."""
+FindKinks = Callable[[Array], Kinks]
 """Gives the kinks of quantities within their period at a design (p,)."""
 
 
@@ -57,7 +69,7 @@ class BoundedMeasure:
     not positive.
 
     Of kind "at", it is the value at an `angle` [deg]. Quantities that are sizes are nowhere below
-    zero.
+    zero. With a `sign`, the measure is limited: at most (+1) or at least (-1) `limit`.
     """
 
     kind: MeasureKind
@@ -65,6 +77,8 @@ class BoundedMeasure:
     size: bool = False
     weight: float = 1.0
     angle: float | None = None
+    sign: int = 0
+    limit: float = 0.0
 
     @property
     def is_nonnegative(self) -> bool:
@@ -72,22 +86,139 @@ class BoundedMeasure:
         is_size = self.kind in NONNEGATIVE or (self.size and self.kind in ("max", "at"))
         return is_size and self.weight >= 0
 
-
-@dataclass(frozen=True)
-class BoundedLimit:
-    """A measure with its limit: at most it (`sign` +1), or at least."""
-
-    measure: BoundedMeasure
-    sign: int
-    number: float
-
     def is_violated(self, span: tuple[float, float]) -> bool:
-        """Return whether no design of a box satisfies the limit, from the span of what it is on."""
-        return span[0] > self.number if self.sign > 0 else span[1] < self.number
+        """Return whether no design of a box satisfies the limit, from the span of the measure."""
+        return span[0] > self.limit if self.sign > 0 else span[1] < self.limit
 
     def is_satisfied(self, span: tuple[float, float]) -> bool:
-        """Return whether all designs of a box satisfy the limit, from the span of what it is on."""
-        return span[1] <= self.number if self.sign > 0 else span[0] >= self.number
+        """Return whether all designs of a box satisfy the limit, from the span of the measure."""
+        return span[1] <= self.limit if self.sign > 0 else span[0] >= self.limit
+
+    def to_document(self) -> dict[str, Any]:
+        """Return the measure as a JSON object."""
+        limit = {"sign": self.sign, "limit": float(self.limit).hex()} if self.sign else {}
+        return {
+            "measure": self.kind,
+            "quantity": self.quantity,
+            "size": self.size,
+            "weight": float(self.weight).hex(),
+            "angle_deg": None if self.angle is None else float(self.angle).hex(),
+            **limit,
+        }
+
+    @classmethod
+    def from_document(cls, entry: Mapping[str, Any]) -> BoundedMeasure:
+        """Return the measure of a JSON object whose form was checked."""
+        angle = entry["angle_deg"]
+        return cls(
+            entry["measure"],
+            entry["quantity"],
+            entry["size"],
+            float.fromhex(entry["weight"]),
+            None if angle is None else float.fromhex(angle),
+            entry.get("sign", 0),
+            float.fromhex(entry.get("limit", "0x0p+0")),
+        )
+
+
+@dataclass(frozen=True)
+class Maximum:
+    """The greatest value of a quantity over a cycle: it is nowhere below `points` (lanes), and one
+    of `panels` (lanes).
+
+    These are the same samples, or a few angles and what the quantity is anywhere in panels of all
+    angles.
+    """
+
+    points: Jet
+    panels: Jet
+
+    @cached_property
+    def order(self) -> Integers:
+        """The points by their values at the centre, the greatest first."""
+        return np.argsort(-self.points.value[CENTRE].mid, kind="stable")
+
+    def find_span(self, part: int) -> tuple[float, float]:
+        """Return between which values the greatest value is, at the centre of the box or anywhere
+        in it.
+        """
+        return float(self.points.value[part].low.max()), float(self.panels.value[part].high.max())
+
+    def find_slopes(self, support: tuple[int, ...]) -> Ball:
+        """Return what encloses the slopes of the greatest value: those of all panels that may have
+        it.
+        """
+        panels = self.panels.over(unite_supports([self.panels], *support))
+        lanes = np.flatnonzero((self.points.taken(self.order[:1]) - panels).lower_bound <= 0)
+        places = [panels.support.index(k) for k in support]
+        return panels.taken(lanes).gradient[ANYWHERE].spread()[places]
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """Choices with which an objective was bounded over a box; bounds are true whatever they are.
+
+    `panels` of angles, angles `peaks` (n,) [rad] near extremes, which move with the design at
+    `rates` (n, p), `starts` of roots, and `narrow` panels at the centre of the box. Samples have
+    none of them but starts.
+    """
+
+    starts: Sequence[RootStart] = ()
+    panels: AnglePanels | None = None
+    peaks: Array | None = None
+    rates: Array | None = None
+    narrow: AnglePanels | None = None
+
+
+@dataclass(frozen=True)
+class ObjectiveBounds:
+    """Bounds of an objective over a box: `lower_bound` is below all values, `reached` above the
+    value at the centre.
+
+    `slopes` (p,) enclose the derivatives, at kinks the one-sided ones; `looseness` (p,) is the
+    contribution of the width of each parameter to the looseness of the bounds. The slopes do not
+    apply to an objective that `may_jump`, nor to an objective of which only a part is bounded.
+    """
+
+    lower_bound: float
+    reached: float
+    slopes: Ball
+    looseness: Array
+    may_jump: bool = False
+    evidence: Evidence = Evidence()
+
+
+def bound_objective(smooth: Jet, extremes: Sequence[Maximum]) -> ObjectiveBounds:
+    """Return bounds of a smooth part (one lane) plus greatest values."""
+    count = int(MAX_CHOICES ** (1 / max(1, len(extremes))))
+    chosen = [extreme.order[:count] for extreme in extremes]
+    total, space = smooth, smooth.space
+    for extreme, lanes in zip(extremes, np.meshgrid(*chosen, indexing="ij"), strict=True):
+        total = total + extreme.points.taken(lanes.ravel())
+    moving = np.flatnonzero(space.half.any(axis=1)).tolist()
+    extended = (k for extreme in extremes for k in extreme.panels.support if k in moving)
+    total = total.over(unite_supports([total], *extended))
+    support, reached = total.support, smooth.value[CENTRE][0]
+    slopes = smooth.over(support).gradient[ANYWHERE][:, 0]
+    for extreme in extremes:
+        slopes = slopes + extreme.find_slopes(support)
+        reached = reached + Ball.exact(extreme.find_span(CENTRE)[1])
+    half = space.half[list(support)]
+    curvature = (half * space.reach(support, total.hessian.magnitude)).max(axis=-1)
+    mid, rad, loose = np.zeros((3, len(space.lower)))
+    columns = slopes.mid, slopes.rad, curvature + half[:, 0] * slopes.rad
+    for side, column in zip((mid, rad, loose), columns, strict=True):
+        side[list(support)] = column
+    lower_bound, may_jump = float(total.lower_bound.max()), bool(space.jumping.any())
+    return ObjectiveBounds(lower_bound, float(reached.high), Ball(mid, rad), loose, may_jump)
+
+
+def enclose_square(jet: Jet) -> Jet:
+    """Return the squares, which are nowhere negative."""
+    square = jet**2
+    anywhere, power = square.value[ANYWHERE], jet.value[ANYWHERE].square()
+    value = Ball.between(np.maximum(anywhere.low, power.low), np.minimum(anywhere.high, power.high))
+    return square.holding(join_parts(square.value[CENTRE], value))
 
 
 Box = tuple[Array, Array]
@@ -109,18 +240,20 @@ class ProvableObjective:
 
     def __init__(
         self,
-        response: EnclosedResponse,
+        response: ResponseProgram,
         terms: Sequence[BoundedMeasure],
-        limits: Sequence[BoundedLimit] = (),
+        limits: Sequence[BoundedMeasure] = (),
         count: int | None = None,
+        find_starts: FindStarts = lambda _: (),
         find_kinks: FindKinks | None = None,
         heeds_all: bool = True,
         labels: Sequence[str] = (),
     ) -> None:
         self.response, self.terms, self.limits = response, tuple(terms), tuple(limits)
-        self.count, self.heeds_all, self._find_kinks = count, heeds_all, find_kinks
+        self.count, self.heeds_all = count, heeds_all
+        self._find_starts, self._find_kinks = find_starts, find_kinks
         self._labels = tuple(labels)
-        measures = (*self.terms, *(limit.measure for limit in self.limits))
+        measures = (*self.terms, *self.limits)
         self._extremes = list(
             dict.fromkeys(
                 (measure.quantity, side)
@@ -132,14 +265,13 @@ class ProvableObjective:
             dict.fromkeys(measure.angle for measure in measures if measure.angle is not None)
         )
         self._fixed = [Fraction(angle % 360) / 360 for angle in self._angles]
-        program = response.program
-        self._turns = [] if count is None else [*list_samples(program, count), *self._fixed]
-        many = self._turns and len(program.offsets) == 1
+        self._turns = [] if count is None else [*list_samples(response, count), *self._fixed]
+        many = self._turns and len(response.offsets) == 1
         self.batch = max(1, MOST_LANES // len(self._turns)) if many else 1
 
     def list_labels(self) -> list[str]:
         """Return the names of all quantities, with their units if they are known."""
-        count = len(self.response.program.stages[-1].program.outputs)
+        count = len(self.response.stages[-1].outputs)
         return list(self._labels) or [f"result {k}" for k in range(count)]
 
     def __call__(
@@ -170,11 +302,9 @@ class ProvableObjective:
             else:
                 cycles = self._enclose_samples(boxes, evidence)
         except Unbounded as error:
-            return (
-                [error]
-                if len(boxes) == 1
-                else [result for box in boxes for result in self._bound_batch([box])]
-            )
+            if len(boxes) == 1:
+                return [error]
+            return [result for box in boxes for result in self._bound_batch([box])]
         return [self._bound_cycle(*pair) for pair in zip(boxes, cycles, strict=True)]
 
     def _enclose_samples(
@@ -188,28 +318,21 @@ class ProvableObjective:
         space = Space(*(ends if len(boxes) > 1 else boxes[0]))
         spaces = [Space(*box) for box in boxes]
         starts = (
-            [self.response.find_starts(box.centre) for box in spaces]
+            [self._find_starts(box.centre) for box in spaces]
             if evidence is None
             else [evidence.starts]
         )
-        jets = enclose_turns(self.response, space, self._turns * len(boxes), starts)
+        phi = list_angles(self._turns * len(boxes))
+        jets = self.response.enclose(space, space.constant(phi), starts)
         cycles = []
         for k, designs in enumerate(spaces):
             lanes = slice(k * count, (k + 1) * count)
             designs.jumping = space.jumping[lanes]
-            taken = [replace(jet.taken(lanes), space=designs) for jet in jets]
+            taken = [jet.taken(lanes).moved(designs) for jet in jets]
             samples = count - len(self._angles)
-            shares = (designs.integer(1) / samples).repeated(samples)
-            cycles.append(
-                EnclosedCycle(
-                    designs,
-                    taken,
-                    shares,
-                    self._angles,
-                    list_angles(self._turns),
-                    Evidence(starts[k]),
-                )
-            )
+            shares = (designs.lift(1) / samples).repeated(samples)
+            angles = self._angles, list_angles(self._turns)
+            cycles.append(EnclosedCycle(designs, taken, shares, *angles, Evidence(starts[k])))
         return cycles
 
     def _enclose_panels(
@@ -226,7 +349,7 @@ class ProvableObjective:
         space = Space(np.append(lower, -1.0), np.append(upper, 1.0))
         phi, shares = panels.angles(space)
         lanes = join_lanes([phi, space.constant(fixed)]) if self._fixed else phi
-        jets = enclose_moving(self.response, space, lanes, [evidence.starts])
+        jets = self.response.enclose(space, lanes, [evidence.starts])
         evidence = self._choose_peaks(
             evidence, [jet.taken(slice(0, phi.lanes)) for jet in jets], designs
         )
@@ -238,13 +361,10 @@ class ProvableObjective:
     def _choose(self, designs: Space) -> Evidence:
         """Return where roots are looked for over a box, and its panels."""
         assert self._find_kinks is not None
-        period = list_angles([self.response.program.period])
-        kinks, count = (
-            self._find_kinks(designs.centre),
-            PANELS if designs.half.any() else PANELS_AT_POINT,
-        )
+        period, kinks = list_angles([self.response.period]), self._find_kinks(designs.centre)
+        count = PANELS if designs.half.any() else PANELS_AT_POINT
         panels = AnglePanels.build(kinks, designs.half[:, 0], period, count)
-        return Evidence(self.response.find_starts(designs.centre), panels)
+        return Evidence(self._find_starts(designs.centre), panels)
 
     def _choose_peaks(self, evidence: Evidence, jets: Sequence[Jet], designs: Space) -> Evidence:
         """Return evidence with angles near extremes, chosen from quantities in panels if there are
@@ -268,10 +388,7 @@ class ProvableObjective:
         if evidence.peaks is None or evidence.rates is None:
             return {}
         angles = space.linear(evidence.peaks, evidence.rates)
-        values, count = (
-            enclose_moving(self.response, space, angles, [evidence.starts]),
-            angles.lanes,
-        )
+        values, count = self.response.enclose(space, angles, [evidence.starts]), angles.lanes
         share = count // len(self._extremes)
         return {
             (index, side): side
@@ -282,11 +399,8 @@ class ProvableObjective:
     def _bound_cycle(self, box: Box, cycle: EnclosedCycle) -> ObjectiveBounds | Unbounded:
         """Return the bounds over a box from a cycle there, angles without bounds left out."""
         try:
-            if (
-                not cycle.is_whole
-                and cycle.may_be_empty
-                and self.response.is_empty(*box, cycle.phi)
-            ):
+            may_be_empty = not cycle.is_whole and cycle.may_be_empty
+            if may_be_empty and self.response.is_empty(*box, cycle.phi):
                 return _exclude(cycle)
             if not len(cycle.places):
                 raise Unbounded("a quantity may have no bound at any angle")
@@ -295,29 +409,21 @@ class ProvableObjective:
             return error
 
     def _bound(self, cycle: EnclosedCycle) -> ObjectiveBounds:
-        if any(
-            limit.is_violated(cycle.find_span(limit.measure, ANYWHERE)) for limit in self.limits
-        ):
+        anywhere = [(limit, cycle.find_span(limit, ANYWHERE)) for limit in self.limits]
+        if any(limit.is_violated(span) for limit, span in anywhere):
             return _exclude(cycle)
-        terms = [cycle.bound_term(measure) for measure in self.terms]
-        extremes = [extreme for term in terms for extreme in term.extremes]
-        smooth, evidence = self._narrow(cycle, _add_smooth(cycle.space, terms))
+        smooth, extremes, is_whole = cycle.bound_terms(self.terms)
+        smooth, evidence = self._narrow(cycle, smooth)
         result = bound_objective(smooth, extremes)
         if not (np.isfinite(result.lower_bound) and np.isfinite(result.looseness).all()):
             raise Unbounded("a bound is not finite")
-        is_whole = all(term.is_whole for term in terms)
-        is_free = all(
-            limit.is_satisfied(cycle.find_span(limit.measure, ANYWHERE)) for limit in self.limits
-        )
-        is_met = all(
-            limit.is_satisfied(cycle.find_span(limit.measure, CENTRE)) for limit in self.limits
-        )
+        is_free = all(limit.is_satisfied(span) for limit, span in anywhere)
+        is_met = all(limit.is_satisfied(cycle.find_span(limit, CENTRE)) for limit in self.limits)
         return replace(
             result,
             reached=result.reached if is_whole and is_met and self.heeds_all else np.inf,
-            may_jump=result.may_jump
-            or not is_whole
-            or not is_free,  # no side of the box may stand for it
+            # no side of the box may stand for one in which something is left out
+            may_jump=result.may_jump or not is_whole or not is_free,
             evidence=evidence,
         )
 
@@ -328,33 +434,20 @@ class ProvableObjective:
         space, centre, evidence = cycle.space, smooth.value[CENTRE], cycle.evidence
         room = WIDE_CENTRE * (centre.mid - smooth.lower_bound)
         is_open = self.count is None and space.half.any() and (centre.rad > room).all()
-        if not is_open or (
-            evidence.narrow is None and self._find_kinks is None
-        ):  # a proof that did without it
+        is_possible = evidence.narrow is not None or self._find_kinks is not None
+        if not (is_open and is_possible):  # a proof that is checked may have done without it
             return smooth, evidence
         finer = None if evidence.narrow is None else Evidence(evidence.starts, evidence.narrow)
         point = self._enclose_panels(space.centre, space.centre, finer)
-        narrow = _add_smooth(
-            point.space, [point.bound_term(measure) for measure in self.terms]
-        ).value[CENTRE]
-        value = join_parts(intersect_balls(centre, narrow), smooth.value[ANYWHERE])
-        return smooth.holding(value).cut(), replace(evidence, narrow=point.evidence.panels)
+        narrow, _, _ = point.bound_terms(self.terms)
+        value = intersect_balls(centre, narrow.value[CENTRE])
+        smooth = smooth.holding(join_parts(value, smooth.value[ANYWHERE])).cut()
+        return smooth, replace(evidence, narrow=point.evidence.panels)
 
     @property
     def floor(self) -> float:
         """The largest known number below all objectives."""
         return 0.0 if all(term.is_nonnegative for term in self.terms) else -np.inf
-
-
-@dataclass(frozen=True)
-class BoundedTerm:
-    """A lower bound of a measure: a smooth part (one lane), if any, and greatest values; exact if
-    it `is_whole`.
-    """
-
-    smooth: Jet | None
-    extremes: tuple[Maximum, ...]
-    is_whole: bool
 
 
 @dataclass(frozen=True)
@@ -391,48 +484,47 @@ class EnclosedCycle:
         """Whether roots are unknown at the centre of the box at some angle."""
         return any(np.isnan(start.values).any() for start in self.evidence.starts)
 
-    def bound_term(self, measure: BoundedMeasure) -> BoundedTerm:
-        """Return a weighted measure, or what it is not below.
+    def bound_terms(self, terms: Sequence[BoundedMeasure]) -> tuple[Jet, list[Maximum], bool]:
+        """Return what a sum of measures is not below: a smooth part (one lane) and greatest values,
+        and whether that is all of it.
 
-        Raises Unbounded for one that needs all angles.
+        Raises Unbounded for a measure that needs all angles.
         """
-        lanes, is_whole = self._find_lanes(measure)
-        sides = SIDES.get(measure.kind, ())
-        if not is_whole and not measure.is_nonnegative and not sides:
-            raise Unbounded(f"a term, {measure.kind}, cannot be enclosed at every angle")
-        if not len(lanes):
-            return BoundedTerm(None, (), False)
-        if sides:
-            weight = abs(measure.weight)
-            return BoundedTerm(
-                None, tuple(self._find_maximum(measure, side, weight) for side in sides), is_whole
-            )
-        try:
-            return BoundedTerm(self._average(measure) * measure.weight, (), is_whole)
-        except Unbounded:
-            if not measure.is_nonnegative:
-                raise
-            return BoundedTerm(None, (), False)
+        smooth, extremes, is_whole = self.space.lift(0), list[Maximum](), True
+        for term in terms:
+            lanes, has_all = self._find_lanes(term)
+            sides, weight = SIDES.get(term.kind, ()), abs(term.weight)
+            if not (has_all or term.is_nonnegative or sides):
+                raise Unbounded(f"a term, {term.kind}, cannot be enclosed at every angle")
+            is_whole &= has_all
+            if sides and len(lanes):
+                extremes += [self._find_maximum(term, side, weight) for side in sides]
+            elif len(lanes):
+                try:
+                    smooth = smooth + self._average(term) * term.weight
+                except Unbounded:
+                    if not term.is_nonnegative:
+                        raise
+                    is_whole = False
+        return smooth, extremes, is_whole
 
     def find_span(self, measure: BoundedMeasure, part: int) -> tuple[float, float]:
         """Return between which values a measure is, anywhere in the box or at its centre."""
         lanes, is_whole = self._find_lanes(measure)
         if not len(lanes):
             return -np.inf, np.inf
-        if measure.kind in SIDES:
-            spans = [
-                self._find_maximum(measure, side).find_span(part) for side in SIDES[measure.kind]
-            ]
-            low, high = spans[0] if len(spans) == 1 else _add_down(*spans)
-            high = high if is_whole else np.inf
+        if sides := SIDES.get(measure.kind):
+            spans = [self._find_maximum(measure, side).find_span(part) for side in sides]
+            lows, highs = (Ball.exact(ends).sum() for ends in zip(*spans, strict=True))
+            low, high = float(lows.low), float(highs.high) if is_whole else np.inf
             return (-high, -low) if measure.kind == "min" else (low, high)
         try:
             value = self._average(measure).value[part]
         except Unbounded:
             return -np.inf, np.inf
-        if is_whole:
-            return float(value.low[0]), float(value.high[0])
-        return (float(value.low[0]) if measure.kind in NONNEGATIVE else -np.inf), np.inf
+        is_below = is_whole or measure.kind in NONNEGATIVE
+        low, high = float(value.low[0]), float(value.high[0])
+        return low if is_below else -np.inf, high if is_whole else np.inf
 
     def _find_lanes(self, measure: BoundedMeasure) -> tuple[Integers, bool]:
         """Return the lanes of the angles that a measure takes, and whether they are all."""
@@ -447,7 +539,7 @@ class EnclosedCycle:
         """Return the greatest value of a quantity, or of minus it, times a positive weight."""
         lanes, _ = self._find_lanes(measure)
         curve = self.jets[measure.quantity].taken(lanes).hull(len(self.space.lower))
-        panels = replace(curve, space=self.space) * (side * weight)
+        panels = curve.moved(self.space) * (side * weight)
         points = self.points.get((measure.quantity, side))
         if points is None or not points.is_bounded.any():
             return Maximum(panels, panels)
@@ -457,30 +549,19 @@ class EnclosedCycle:
         """Return a measure without corners; of squares, those that are missing count as zero."""
         lanes, is_whole = self._find_lanes(measure)
         jet = self.jets[measure.quantity].taken(lanes)
-        if measure.kind == "at":
-            return replace(jet, space=self.space)
+        if measure.kind == "at":  # an angle that is fixed, and does not depend on the place
+            return jet.hull(len(self.space.lower)).moved(self.space)
         shares = self.shares.taken(lanes)
-        if measure.kind == "mean":
-            return replace(self._mean(jet, shares), space=self.space)
-        if measure.kind != "rms":
+        if measure.kind in ("variance", "std"):
             mean = self._mean(jet, shares)
             jet = jet - (mean if is_whole else mean / shares.sum())
-        square = replace(self._mean(enclose_square(jet), shares), space=self.space)
-        return square if measure.kind == "variance" else square.sqrt()
+        if measure.kind != "mean":
+            jet = enclose_square(jet)
+        mean = self._mean(jet, shares).moved(self.space)
+        return mean.call("sqrt") if measure.kind in ("rms", "std") else mean
 
     def _mean(self, jet: Jet, shares: Jet) -> Jet:
         return (jet.average(len(self.space.lower)) * shares).sum()
-
-
-def _add_smooth(space: Space, terms: Sequence[BoundedTerm]) -> Jet:
-    """Return the sum of the smooth parts of terms."""
-    return sum((term.smooth for term in terms if term.smooth is not None), space.integer(0))
-
-
-def _add_down(*spans: tuple[float, float]) -> tuple[float, float]:
-    """Return between which values a sum is, from spans of two numbers."""
-    total = Ball.exact(spans[0]) + Ball.exact(spans[1])
-    return float(total.low[0]), float(total.high[1])
 
 
 def _exclude(cycle: EnclosedCycle) -> ObjectiveBounds:
@@ -489,3 +570,112 @@ def _exclude(cycle: EnclosedCycle) -> ObjectiveBounds:
     return ObjectiveBounds(
         np.inf, np.inf, Ball(nothing, nothing), nothing, may_jump=True, evidence=cycle.evidence
     )
+
+
+@dataclass(frozen=True)
+class ProvedQuantity:
+    """A result by name, or its size; times the length of a cycle, whose mean is a work, if it
+    `is_work`.
+    """
+
+    name: str
+    size: bool = False
+    is_work: bool = False
+
+    @classmethod
+    def from_measure(cls, measure: Measure) -> ProvedQuantity:
+        """Return the quantity that a measure is of."""
+        return cls(measure.name, measure.size, measure.kind == "work")
+
+    def describe(self, machine: Machine) -> str:
+        """Return its name and unit, for people."""
+        quantity = machine.find_quantity(self.name)
+        name = f"|{self.name}|" if self.size else self.name
+        return f"work of {name}" if self.is_work else f"{name} [{quantity.unit}]"
+
+    def convert(self, machine: Machine, xp: Any, value: Any, x: Sequence[Any]) -> Any:
+        """Return the quantity in display units from the value of the result, in code of designs x
+        (p,).
+        """
+        quantity = machine.find_quantity(self.name)
+        value = xp.absolute(value) if self.size else xp.lift(value)
+        value = value if quantity.factor == 1 else value / quantity.factor
+        if not self.is_work:
+            return value
+        turn = 2 * xp.pi
+        if quantity.unit == "N m":
+            return value * turn
+        if machine.speed in machine.moved:
+            return value * turn / xp.absolute(x[machine.moved.index(machine.speed)])
+        return value * turn / abs(float(machine.data[machine.speed]))
+
+
+class EnclosedMachine(Protocol):
+    """Results of a machine as programs, and where their roots and their kinks are."""
+
+    def record(self, quantities: Sequence[ProvedQuantity]) -> ResponseProgram:
+        """Return the code of some quantities over designs."""
+
+    def find_starts(self, x: Array) -> Sequence[RootStart]: ...
+
+    def find_kinks(self, x: Array) -> Kinks: ...
+
+
+def build_provable_objective(
+    machine: Machine,
+    terms: Sequence[Measure],
+    count: int | None,
+    enclosed: EnclosedMachine,
+    limits: Sequence[Limit] = (),
+) -> ProvableObjective:
+    """Return a sum of measures over `count` samples, or the true one, as a proof bounds it.
+
+    Of the limits, those at angles that the design moves are left out.
+    """
+    fixed = [limit for limit in limits if is_fixed(machine, limit.measure)]
+    measures = [*terms, *(limit.measure for limit in fixed)]
+    quantities = list(dict.fromkeys(map(ProvedQuantity.from_measure, measures)))
+
+    def bound(measure: Measure, sign: int = 0, limit: float = 0.0) -> BoundedMeasure:
+        kinds = {"work": "mean", "all": "min" if sign < 0 else "max"}
+        kind = cast(MeasureKind, kinds.get(measure.kind, measure.kind))
+        index = quantities.index(ProvedQuantity.from_measure(measure))
+        size, weight, angle = measure.size, measure.weight, measure.angle
+        return BoundedMeasure(kind, index, size, weight, angle, sign, limit)
+
+    return ProvableObjective(
+        enclosed.record(quantities),
+        [bound(term) for term in terms],
+        [bound(limit.measure, limit.sign, limit.number) for limit in fixed],
+        count,
+        enclosed.find_starts,
+        enclosed.find_kinks,
+        heeds_all=len(fixed) == len(limits),
+        labels=[quantity.describe(machine) for quantity in quantities],
+    )
+
+
+def is_fixed(machine: Machine, measure: Measure) -> bool:
+    """Return whether a measure is of a result at angles that do not move with the design."""
+    return not measure.is_moving and machine.find_quantity(measure.name).role == "result"
+
+
+def check_provable(machine: Machine, terms: Sequence[Measure], label: str) -> None:
+    """Raise InputError, which begins with `label`, for a sum of which no proof is known."""
+    for measure in terms:
+        if measure.is_moving:
+            word = "jump" if measure.kind == "jump" else "while" if measure.during else "where"
+            raise InputError(
+                f"{label}: {measure}: a proof takes angles that are fixed, so leave out `{word}`"
+            )
+        quantity = machine.find_quantity(measure.name)
+        if quantity.role != "result":
+            raise InputError(
+                f"{label}: {measure}: a proof bounds results, and {quantity.name} is a "
+                f"{quantity.role}"
+            )
+    if not machine.moved:
+        raise InputError(
+            f"{label}: {machine.source}: it has no [bounds], so there is no box to prove anything "
+            f"of"
+        )

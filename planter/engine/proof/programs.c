@@ -5,6 +5,7 @@
  * packed Hessian. Each operation is seven numbers: code, result, three arguments, and two places in the tables.
  */
 #include <math.h>
+#include <stdint.h>
 #include <stdlib.h>
 
 #define BLOCK 32
@@ -14,14 +15,15 @@
 #define MOST_PARAMETERS 64
 #define MOST_TERMS 64
 
+typedef intptr_t integer;   /* as wide as a pointer: structures are arrays of such numbers */
 typedef double lane[BLOCK];
 typedef struct { double u, slack, growth, tiny, libm, pi; } rounding;
 typedef struct { double mid, rad; } ball;
-typedef struct { long k; lane *mid, *rad; const long *support; } jet;   /* `support` are its parameters among all */
+typedef struct { integer k; lane *mid, *rad; const integer *support; } jet;   /* `support` are its parameters among all */
 
 typedef struct {
-    long operations, inputs, outputs, registers, conditions, rows, parameters;
-    const long *code, *tables, *results;
+    integer operations, inputs, outputs, registers, conditions, rows, parameters;
+    const integer *code, *tables, *results;
     const double *numbers;
 } program;
 
@@ -30,7 +32,7 @@ enum { CONSTANT, PI, ADD, NEGATE, MULTIPLY, POWER, INVERSE, SQRT, SIN, COS, ARCT
 
 static __thread rounding R;
 static __thread int cutting;
-static long none[MOST_PARAMETERS];   /* places of no parameter */
+static integer none[MOST_PARAMETERS];   /* places of no parameter */
 
 static inline double magnitude(double mid, double rad) { return (fabs(mid) + rad) * R.growth; }
 static inline double round_down(double x) { return x - (2 * R.u * fabs(x) + R.tiny); }
@@ -59,9 +61,9 @@ static ball inverse(ball x) {
     double mid = 1 / x.mid;
     return (ball){mid, (x.rad / margin + R.slack) * fabs(mid) * R.growth + R.tiny};
 }
-static ball power(ball x, long n) {
+static ball power(ball x, integer n) {
     double mid = 1, steep = 1, size = magnitude(x.mid, x.rad);
-    for (long k = 0; k < n; k++) {
+    for (integer k = 0; k < n; k++) {
         mid *= x.mid;
         if (k) steep *= size;
     }
@@ -95,25 +97,25 @@ static ball logarithm(ball x) {
 }
 static ball nonnegative(ball x) { return between(fmax(low(x), 0), fmax(high(x), 0)); }
 
-static inline long gradient(long k, int part, long i) { return 2 + part * k + i; }
-static inline long hessian(long k, long i, long j) { return 2 + 2 * k + (i > j ? i * (i + 1) / 2 + j : j * (j + 1) / 2 + i); }
-static inline long rows(long k) { return 2 + 2 * k + k * (k + 1) / 2; }
-static inline ball at(jet x, long row, int l) { return (ball){x.mid[row][l], x.rad[row][l]}; }
-static inline void put(jet x, long row, int l, ball b) { x.mid[row][l] = b.mid; x.rad[row][l] = b.rad; }
+static inline integer gradient(integer k, int part, integer i) { return 2 + part * k + i; }
+static inline integer hessian(integer k, integer i, integer j) { return 2 + 2 * k + (i > j ? i * (i + 1) / 2 + j : j * (j + 1) / 2 + i); }
+static inline integer rows(integer k) { return 2 + 2 * k + k * (k + 1) / 2; }
+static inline ball at(jet x, integer row, int l) { return (ball){x.mid[row][l], x.rad[row][l]}; }
+static inline void put(jet x, integer row, int l, ball b) { x.mid[row][l] = b.mid; x.rad[row][l] = b.rad; }
 
 /* Intersect value and gradient anywhere with what the Taylor form about the centre gives. */
 static void cut(jet x, const lane *half) {
     if (!cutting) return;
-    long k = x.k;
+    integer k = x.k;
     lane change = {0};
-    for (long i = 0; i < k; i++) {
+    for (integer i = 0; i < k; i++) {
         lane moved = {0};
-        for (long j = 0; j < k; j++) {
-            long row = hessian(k, i, j);
+        for (integer j = 0; j < k; j++) {
+            integer row = hessian(k, i, j);
             const double *width = half[x.support[j]];
             LANES moved[l] += magnitude(x.mid[row][l], x.rad[row][l]) * width[l];
         }
-        long c = gradient(k, 0, i), a = gradient(k, 1, i);
+        integer c = gradient(k, 0, i), a = gradient(k, 1, i);
         const double *width = half[x.support[i]];
         LANES {
             double rad = (x.rad[c][l] + moved[l]) * R.growth + R.tiny;
@@ -131,18 +133,18 @@ static void cut(jet x, const lane *half) {
     }
 }
 
-static void copy_row(jet to, long row, jet from, long place, double sign) {
+static void copy_row(jet to, integer row, jet from, integer place, double sign) {
     if (place < 0) LANES { to.mid[row][l] = 0; to.rad[row][l] = 0; }
     else LANES { to.mid[row][l] = sign * from.mid[place][l]; to.rad[row][l] = from.rad[place][l]; }
 }
 
 /* Rows of a jet of fewer parameters for each row of a result; `own` are its places of the result's parameters, or -1. */
-static long place_gradient(jet x, const long *own, int part, long i) { return own[i] < 0 ? -1 : gradient(x.k, part, own[i]); }
-static long place_hessian(jet x, const long *own, long i, long j) {
+static integer place_gradient(jet x, const integer *own, int part, integer i) { return own[i] < 0 ? -1 : gradient(x.k, part, own[i]); }
+static integer place_hessian(jet x, const integer *own, integer i, integer j) {
     return own[i] < 0 || own[j] < 0 ? -1 : hessian(x.k, own[i], own[j]);
 }
 
-static void add_row(jet y, long row, jet a, long p, jet b, long q) {
+static void add_row(jet y, integer row, jet a, integer p, jet b, integer q) {
     if (p < 0) copy_row(y, row, b, q, 1);
     else if (q < 0) copy_row(y, row, a, p, 1);
     else LANES {
@@ -152,44 +154,44 @@ static void add_row(jet y, long row, jet a, long p, jet b, long q) {
     }
 }
 
-static void add(jet y, jet a, jet b, const long *ia, const long *ib, const lane *half) {
+static void add(jet y, jet a, jet b, const integer *ia, const integer *ib, const lane *half) {
     for (int part = 0; part < 2; part++) {
         add_row(y, part, a, part, b, part);
-        for (long i = 0; i < y.k; i++)
+        for (integer i = 0; i < y.k; i++)
             add_row(y, gradient(y.k, part, i), a, place_gradient(a, ia, part, i), b, place_gradient(b, ib, part, i));
     }
-    for (long i = 0; i < y.k; i++)
-        for (long j = 0; j <= i; j++)
+    for (integer i = 0; i < y.k; i++)
+        for (integer j = 0; j <= i; j++)
             add_row(y, hessian(y.k, i, j), a, place_hessian(a, ia, i, j), b, place_hessian(b, ib, i, j));
     if (a.k && b.k) cut(y, half);
 }
 
 /* Add the product of two rows to a sum of products, whose radius is completed by `close_row`. */
-static inline void add_product(double *mid, double *rad, const jet a, long p, const jet b, long q) {
+static inline void add_product(double *mid, double *rad, const jet a, integer p, const jet b, integer q) {
     if (p < 0 || q < 0) return;
     LANES {
         mid[l] += a.mid[p][l] * b.mid[q][l];
         rad[l] += error(a.mid[p][l], a.rad[p][l], b.mid[q][l], b.rad[q][l]);
     }
 }
-static inline void close_row(jet y, long row, const double *mid, const double *rad) {
+static inline void close_row(jet y, integer row, const double *mid, const double *rad) {
     LANES { y.mid[row][l] = mid[l]; y.rad[row][l] = rad[l] * R.growth + R.tiny; }
 }
 
-static void multiply(jet y, jet a, jet b, const long *ia, const long *ib, const lane *half) {
+static void multiply(jet y, jet a, jet b, const integer *ia, const integer *ib, const lane *half) {
     for (int part = 0; part < 2; part++) {
         lane mid = {0}, rad = {0};
         add_product(mid, rad, a, part, b, part);
         close_row(y, part, mid, rad);
-        for (long i = 0; i < y.k; i++) {
+        for (integer i = 0; i < y.k; i++) {
             lane slope = {0}, room = {0};
             add_product(slope, room, a, part, b, place_gradient(b, ib, part, i));
             add_product(slope, room, b, part, a, place_gradient(a, ia, part, i));
             close_row(y, gradient(y.k, part, i), slope, room);
         }
     }
-    for (long i = 0; i < y.k; i++)
-        for (long j = 0; j <= i; j++) {
+    for (integer i = 0; i < y.k; i++)
+        for (integer j = 0; j <= i; j++) {
             lane mid = {0}, rad = {0};
             add_product(mid, rad, a, 1, b, place_hessian(b, ib, i, j));
             add_product(mid, rad, b, 1, a, place_hessian(a, ia, i, j));
@@ -201,27 +203,27 @@ static void multiply(jet y, jet a, jet b, const long *ia, const long *ib, const 
 }
 
 static void negate(jet y, jet x) {
-    for (long row = 0; row < rows(y.k); row++) copy_row(y, row, x, row, -1);
+    for (integer row = 0; row < rows(y.k); row++) copy_row(y, row, x, row, -1);
 }
 
 /* A function of x from its value, first and second derivative: rows 0 and 1, 2 and 3, 4 of `of`. */
 static void chain(jet y, jet x, jet of, const lane *half) {
     for (int part = 0; part < 2; part++) {
         copy_row(y, part, of, part, 1);
-        for (long i = 0; i < y.k; i++) {
+        for (integer i = 0; i < y.k; i++) {
             lane mid = {0}, rad = {0};
             add_product(mid, rad, of, 2 + part, x, gradient(x.k, part, i));
             close_row(y, gradient(y.k, part, i), mid, rad);
         }
     }
-    for (long i = 0; i < y.k; i++) {
+    for (integer i = 0; i < y.k; i++) {
         lane steep, room;
         LANES {
             ball slope = product(at(of, 4, l), at(x, gradient(x.k, 1, i), l));
             steep[l] = slope.mid, room[l] = slope.rad;
         }
-        for (long j = 0; j <= i; j++) {
-            long row = hessian(x.k, i, j), other = gradient(x.k, 1, j);
+        for (integer j = 0; j <= i; j++) {
+            integer row = hessian(x.k, i, j), other = gradient(x.k, 1, j);
             LANES {
                 double mid = of.mid[3][l] * x.mid[row][l] + steep[l] * x.mid[other][l];
                 double rad = error(of.mid[3][l], of.rad[3][l], x.mid[row][l], x.rad[row][l])
@@ -234,9 +236,9 @@ static void chain(jet y, jet x, jet of, const lane *half) {
     if (y.k) cut(y, half);
 }
 
-static ball derive_polynomial(const ball *taylor, long terms, ball step, int order) {
+static ball derive_polynomial(const ball *taylor, integer terms, ball step, int order) {
     ball total = exact(0);
-    for (long k = order; k < terms; k++) {
+    for (integer k = order; k < terms; k++) {
         double factor = 1;
         for (int n = 0; n < order; n++) factor *= k - n;
         total = sum(total, product(product(exact(factor), taylor[k]), power(step, k - order)));
@@ -244,15 +246,15 @@ static ball derive_polynomial(const ball *taylor, long terms, ball step, int ord
     return total;
 }
 
-static void apply(jet of, jet x, long code, long n, const double *numbers) {
+static void apply(jet of, jet x, integer code, integer n, const double *numbers) {
     LANES {
         ball v[2] = {at(x, 0, l), at(x, 1, l)}, y[2], first[2], second;
         if (code == POLYNOMIAL) {   /* about the centre of the lane, where powers of the difference are small */
             ball taylor[MOST_TERMS], about[MOST_TERMS], centre = exact(v[0].mid);
-            for (long k = 0; k < n; k++) about[k] = exact(numbers[k]);
-            for (long end = n; end > 1; end--)
-                for (long k = 1; k < end; k++) about[k] = sum(about[k], product(centre, about[k - 1]));
-            for (long k = 0; k < n; k++) taylor[k] = about[n - 1 - k];
+            for (integer k = 0; k < n; k++) about[k] = exact(numbers[k]);
+            for (integer end = n; end > 1; end--)
+                for (integer k = 1; k < end; k++) about[k] = sum(about[k], product(centre, about[k - 1]));
+            for (integer k = 0; k < n; k++) taylor[k] = about[n - 1 - k];
             ball step[2] = {sum(v[0], negative(centre)), sum(v[1], negative(centre))};
             for (int p = 0; p < 2; p++) {
                 y[p] = derive_polynomial(taylor, n, step[p], 0);
@@ -293,14 +295,14 @@ static void fill(jet y, ball value) {
     for (int part = 0; part < 2; part++) LANES put(y, part, l, value);
 }
 
-static void choose(jet y, const double *condition, jet a, jet b, const long *ia, const long *ib) {
-    for (long row = 0; row < rows(y.k); row++) {
-        long p = row, q = row;
+static void choose(jet y, const double *condition, jet a, jet b, const integer *ia, const integer *ib) {
+    for (integer row = 0; row < rows(y.k); row++) {
+        integer p = row, q = row;
         if (row >= 2 && row < 2 + 2 * y.k) {
             int part = row >= 2 + y.k;
             p = place_gradient(a, ia, part, row - 2 - part * y.k), q = place_gradient(b, ib, part, row - 2 - part * y.k);
         } else if (row >= 2) {
-            long i = 0, left = row - 2 - 2 * y.k;
+            integer i = 0, left = row - 2 - 2 * y.k;
             while (left > i) left -= ++i;
             p = place_hessian(a, ia, i, left), q = place_hessian(b, ib, i, left);
         }
@@ -312,7 +314,7 @@ static void choose(jet y, const double *condition, jet a, jet b, const long *ia,
 }
 
 /* The angle of a point: that of a fixed direction near it, and the angle from there; NaN where it may jump. */
-static void take_angle(jet y, jet ordinate, jet abscissa, jet *t, const long *io, const long *ia, const long *same,
+static void take_angle(jet y, jet ordinate, jet abscissa, jet *t, const integer *io, const integer *ia, const integer *same,
                        const lane *half) {
     jet cosine_of = {0, t[0].mid, t[0].rad, 0}, sine_of = {0, t[1].mid, t[1].rad, 0}, fixed = {0, t[2].mid, t[2].rad, 0};
     jet radial = {y.k, t[3].mid, t[3].rad, y.support}, tangential = {y.k, t[4].mid, t[4].rad, y.support};
@@ -347,23 +349,23 @@ typedef struct {
     const double *const *input_mid, *const *input_rad;
     double *const *output_mid, *const *output_rad;
     double *largest, *smallest, *answers;
-    const long *strides;   /* 0 for an input that is the same in all lanes, last that of half */
-    long lanes, script_rows, cutting;   /* whether jets are intersected with their Taylor forms */
+    const integer *strides;   /* 0 for an input that is the same in all lanes, last that of half */
+    integer lanes, script_rows, cutting;   /* whether jets are intersected with their Taylor forms */
 } call;
 
-static void load(jet y, const call *c, long input, long start) {
-    long stride = c->strides[input], width = stride ? c->lanes : 1;
-    for (long row = 0; row < rows(y.k); row++) LANES {
-        long place = row * width + (stride ? (start + l < c->lanes ? start + l : c->lanes - 1) : 0);
+static void load(jet y, const call *c, integer input, integer start) {
+    integer stride = c->strides[input], width = stride ? c->lanes : 1;
+    for (integer row = 0; row < rows(y.k); row++) LANES {
+        integer place = row * width + (stride ? (start + l < c->lanes ? start + l : c->lanes - 1) : 0);
         y.mid[row][l] = c->input_mid[input][place];
         y.rad[row][l] = c->input_rad[input][place];
     }
 }
 
-static void answer(const call *c, long question, long start, const double *most, const double *least,
+static void answer(const call *c, integer question, integer start, const double *most, const double *least,
                    const double *usual, double *result) {
     LANES {
-        long place = start + l;
+        integer place = start + l;
         int inside = place < c->lanes;
         double given = inside && question < c->script_rows ? c->script[question * c->lanes + place] : NAN;
         result[l] = isnan(given) ? (most[l] != least[l] ? usual[l] : least[l]) : given;
@@ -375,15 +377,15 @@ static void answer(const call *c, long question, long start, const double *most,
     }
 }
 
-static void run_block(const program *p, const call *c, long start, lane *memory, lane *conditions, const lane *half) {
-    long question = 0, slot = 2 * p->rows;
+static void run_block(const program *p, const call *c, integer start, lane *memory, lane *conditions, const lane *half) {
+    integer question = 0, slot = 2 * p->rows;
     jet t[TEMPORARIES];
     for (int n = 0; n < TEMPORARIES; n++) {
         lane *place = memory + (p->registers + n) * slot;
         t[n] = (jet){0, place, place + p->rows, 0};
     }
-    for (long n = 0; n < p->operations; n++) {
-        const long *op = p->code + n * WIDTH, *table = p->tables + op[5], code = op[0];
+    for (integer n = 0; n < p->operations; n++) {
+        const integer *op = p->code + n * WIDTH, *table = p->tables + op[5], code = op[0];
         lane most, least, usual;
         if (code == OR) { LANES conditions[op[1]][l] = conditions[op[2]][l] != 0 || conditions[op[3]][l] != 0; continue; }
         if (code == AND) { LANES conditions[op[1]][l] = conditions[op[2]][l] != 0 && conditions[op[3]][l] != 0; continue; }
@@ -391,7 +393,7 @@ static void run_block(const program *p, const call *c, long start, lane *memory,
         lane *ma = memory + op[2] * slot, *mb = memory + op[3] * slot, *my = memory + op[1] * slot;
         jet y = {table[0], my, my + p->rows, table + 3};
         jet a = {table[1], ma, ma + p->rows, 0}, b = {table[2], mb, mb + p->rows, 0};
-        const long *ia = table + 3 + y.k, *ib = ia + y.k, *same = ib + y.k;
+        const integer *ia = table + 3 + y.k, *ib = ia + y.k, *same = ib + y.k;
         switch (code) {
         case INPUT: load(y, c, op[4], start); break;
         case CONSTANT: fill(y, exact(p->numbers[op[6]])); break;
@@ -423,10 +425,10 @@ static void run_block(const program *p, const call *c, long start, lane *memory,
             chain(y, a, t[0], half);
         }
     }
-    for (long n = 0; n < p->outputs; n++) {
+    for (integer n = 0; n < p->outputs; n++) {
         lane *place = memory + p->results[2 * n] * slot;
-        long count = rows(p->results[2 * n + 1]);
-        for (long row = 0; row < count; row++)
+        integer count = rows(p->results[2 * n + 1]);
+        for (integer row = 0; row < count; row++)
             for (int l = 0; l < BLOCK && start + l < c->lanes; l++) {
                 c->output_mid[n][row * c->lanes + start + l] = place[row][l];
                 c->output_rad[n][row * c->lanes + start + l] = place[p->rows + row][l];
@@ -435,7 +437,7 @@ static void run_block(const program *p, const call *c, long start, lane *memory,
 }
 
 /* Run a program on all lanes. Returns 0, or 1 if there is no memory. */
-long run(const program *p, const call *c, const rounding *r) {
+integer run(const program *p, const call *c, const rounding *r) {
     R = *r;
     cutting = c->cutting;
     for (int n = 0; n < MOST_PARAMETERS; n++) none[n] = -1;
@@ -443,10 +445,10 @@ long run(const program *p, const call *c, const rounding *r) {
     lane *memory = malloc(count * sizeof(lane));
     if (!memory) return 1;
     lane *conditions = memory + (p->registers + TEMPORARIES) * 2 * p->rows, *half = conditions + p->conditions;
-    long stride = c->strides[p->inputs];
-    for (long start = 0; start < c->lanes; start += BLOCK) {
-        for (long i = 0; i < p->parameters; i++) LANES {
-            long place = start + l < c->lanes ? start + l : c->lanes - 1;
+    integer stride = c->strides[p->inputs];
+    for (integer start = 0; start < c->lanes; start += BLOCK) {
+        for (integer i = 0; i < p->parameters; i++) LANES {
+            integer place = start + l < c->lanes ? start + l : c->lanes - 1;
             half[i][l] = c->half[i * (stride ? c->lanes : 1) + (stride ? place : 0)];
         }
         run_block(p, c, start, memory, conditions, half);

@@ -9,10 +9,10 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
-from functools import cache, cached_property
+from dataclasses import dataclass
+from functools import cache, cached_property, partialmethod
 from importlib import resources
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -20,32 +20,13 @@ from planter.engine.proof import intervals
 from planter.engine.proof.intervals import PI, Ball, Branches, Unbounded
 from planter.engine.proof.jets import ANYWHERE, Jet, Space, packed_size
 from planter.engine.proof.roots import solve_linear_jets
-from planter.kernels import Array, Integers, toolchain
+from planter.kernels import Array, Flags, Integers, toolchain
 from planter.kernels.compiler import CompilerError
 
 CODES = (
-    "constant",
-    "pi",
-    "add",
-    "negate",
-    "multiply",
-    "power",
-    "inverse",
-    "sqrt",
-    "sin",
-    "cos",
-    "arctan",
-    "exp",
-    "log",
-    "polynomial",
-    "select",
-    "arctan2",
-    "floor",
-    "below",
-    "or",
-    "and",
-    "not",
-    "input",
+    *("constant", "pi", "add", "negate", "multiply", "power", "inverse", "sqrt", "sin", "cos"),
+    *("arctan", "exp", "log", "polynomial", "select", "arctan2", "floor", "below"),
+    *("or", "and", "not", "input"),
 )
 """Names of operations, in the order of their numbers in C, which has none for simultaneous
 equations, "solve".
@@ -60,8 +41,7 @@ class UnrecordedError(Exception):
     """Code is not a straight line of operations."""
 
 
-@dataclass(frozen=True)
-class RecordedStep:
+class RecordedStep(NamedTuple):
     """A step of a program: `arguments` are indices of earlier steps, `numbers` constants.
 
     Numbers are the constant, the exponent, the coefficients with the highest power first, the index
@@ -76,76 +56,49 @@ class RecordedStep:
 
 
 @dataclass(frozen=True)
-class RecordedProgram:
-    """Operations in order; `outputs` are the indices of the results."""
+class Program:
+    """Operations in order; `outputs` are the indices of the results.
+
+    As a stage of a response it takes values of that response, by index, as `inputs`. Its values
+    are its results or, where `limits` (k,) are given, roots of k unknowns, whose sizes are at most
+    these. It then takes the unknowns first, and returns k residuals and their Jacobian by rows.
+    """
 
     operations: tuple[RecordedStep, ...]
     outputs: tuple[int, ...]
+    inputs: tuple[int, ...] = ()
+    limits: tuple[float, ...] = ()
+
+    @property
+    def size(self) -> int:
+        """The number of values that a stage adds."""
+        return len(self.limits or self.outputs)
 
     def to_document(self) -> dict[str, Any]:
         """Return the operations that outputs need as lists of name, arguments and numbers, these in
         hexadecimal.
         """
         places = {n: place for place, n in enumerate(self.order)}
-        steps = [self.operations[n] for n in self.order]
+        operations = []
+        for name, arguments, numbers in (self.operations[n] for n in self.order):
+            digits = [float(number).hex() for number in numbers]
+            operations.append([name, [places[a] for a in arguments], digits])
         return {
-            "operations": [
-                [
-                    step.name,
-                    [places[a] for a in step.arguments],
-                    [float(number).hex() for number in step.numbers],
-                ]
-                for step in steps
-            ],
+            "operations": operations,
             "outputs": [places[n] for n in self.outputs],
+            "inputs": self.inputs,
+            "limits": [x.hex() for x in self.limits],
         }
 
     @classmethod
-    def from_document(cls, document: Mapping[str, Any]) -> RecordedProgram:
-        """Return the program of a document.
-
-        Raises ValueError, KeyError, TypeError or IndexError if it is none.
-        """
+    def from_document(cls, document: Mapping[str, Any]) -> Program:
+        """Return the program of a document whose form was checked."""
         operations = tuple(
-            RecordedStep(name, tuple(arguments), tuple(float.fromhex(number) for number in numbers))
+            RecordedStep(name, tuple(arguments), tuple(map(float.fromhex, numbers)))
             for name, arguments, numbers in document["operations"]
         )
-        if any(not 0 <= a < n for n, step in enumerate(operations) for a in step.arguments):
-            raise ValueError("an operation takes the result of a later one")
-        if unknown := sorted({step.name for step in operations} - {*CODES, "solve"}):
-            raise ValueError(f"there is no operation {unknown[0]!r}")
-        program = cls(operations, tuple(document["outputs"]))
-        program.check_kinds()
-        return program
-
-    def check_kinds(self) -> None:
-        """Raise ValueError if a number is taken where a condition must be, or the other way
-        round.
-        """
-        are_conditions = [step.name in CONDITIONS for step in self.operations]
-        if any(k < 0 for k in self.outputs) or any(are_conditions[k] for k in self.outputs):
-            raise ValueError("a result is no number")
-        for step in self.operations:
-            kinds = [are_conditions[k] for k in step.arguments]
-            is_logic = step.name in CONDITIONS and step.name != "below"
-            if kinds != (
-                [False, False, True] if step.name == "select" else [is_logic] * len(kinds)
-            ):
-                raise ValueError(
-                    f"{step.name} takes a condition for a number, or a number for a condition"
-                )
-
-    @cached_property
-    def jumps(self) -> tuple[bool, ...]:
-        """Whether the results may jump where the answer to each question changes, in the order of
-        questions.
-        """
-        questions = [
-            step
-            for step in map(self.operations.__getitem__, self.order)
-            if step.name in ("floor", "below")
-        ]
-        return tuple(step.name == "floor" or bool(step.numbers[1]) for step in questions)
+        limits = tuple(map(float.fromhex, document["limits"]))
+        return cls(operations, tuple(document["outputs"]), tuple(document["inputs"]), limits)
 
     @cached_property
     def order(self) -> tuple[int, ...]:
@@ -157,25 +110,107 @@ class RecordedProgram:
         order: dict[int, None] = {}
         for n, step in enumerate(self.operations):
             if n in needed and step.name not in LEAVES:
-                order.update(
-                    dict.fromkeys(a for a in step.arguments if self.operations[a].name in LEAVES)
-                )
+                leaves = (a for a in step.arguments if self.operations[a].name in LEAVES)
+                order.update(dict.fromkeys(leaves))
                 order[n] = None
         return tuple({**order, **dict.fromkeys(self.outputs)})
 
+    @cached_property
+    def jumps(self) -> tuple[bool, ...]:
+        """Whether the results may jump where the answer to each question changes, in the order of
+        questions.
+        """
+        steps = [self.operations[n] for n in self.order]
+        return tuple(
+            step.name == "floor" or bool(step.numbers[1])
+            for step in steps
+            if step.name in ("floor", "below")
+        )
+
+    @cached_property
+    def is_compiled(self) -> bool:
+        """Whether C runs the program: there is a compiler, and an operation for each step."""
+        if any(step.name == "solve" or len(step.numbers) > MOST_TERMS for step in self.operations):
+            return False
+        try:
+            _load()
+        except CompilerError:
+            return False
+        return True
+
+    def enclose(
+        self, space: Space, inputs: Sequence[Jet], lanes: Integers, script: Array
+    ) -> tuple[Branches, list[Jet]]:
+        """Return the results on some lanes of inputs, and the conditions that were asked; `script`
+        has answers.
+        """
+        asked = np.zeros((3, len(self.jumps), len(lanes)))
+        if self.is_compiled:
+            jets = self._run_in_c(space, inputs, lanes, script, asked)
+        else:
+            part = space.taken(lanes)
+            taken = [(jet if jet.lanes == 1 else jet.taken(lanes)).moved(part) for jet in inputs]
+            jets = [jet.moved(space) for jet in _run_in_numpy(self, part, taken, script, asked)]
+        largest, smallest, answers = asked
+        return Branches(largest, smallest, answers, script, self.jumps), jets
+
+    def enclose_smooth(self, space: Space, inputs: Sequence[Jet]) -> list[Jet]:
+        """Return the results in all lanes.
+
+        Raises Unbounded if a condition has several answers over the box.
+        """
+        count = max((jet.lanes for jet in inputs), default=1)
+        branches, jets = self.enclose(space, inputs, np.arange(count), np.empty((0, count)))
+        if branches.alternatives:
+            raise Unbounded("a condition has several answers over a box")
+        return jets
+
+    def _run_in_c(
+        self, space: Space, inputs: Sequence[Jet], lanes: Integers, script: Array, asked: Array
+    ) -> list[Jet]:
+        size, count = len(space.half), len(lanes)
+        key = (size, *(jet.support for jet in inputs))
+        if key not in self._plans:
+            self._plans[key] = _plan(self, [jet.support for jet in inputs], size)
+        supports, program, _ = self._plans[key]
+        half = space.half if space.half.shape[1] == 1 else space.half[:, lanes]
+        sides = [jet.rows.mid for jet in inputs], [jet.rows.rad for jet in inputs]
+        mids, rads = ([_take_lanes(side, lanes) for side in part] for part in sides)
+        rows = [_count_rows(len(support)) for support in supports]
+        results = [Ball(np.empty((row, count)), np.empty((row, count))) for row in rows]
+        arrays = [
+            np.ascontiguousarray(half),
+            np.ascontiguousarray(script),
+            *map(_point, (mids, rads, [b.mid for b in results], [b.rad for b in results])),
+            *asked,
+            np.array([mid.shape[1] > 1 for mid in (*mids, half)], dtype=np.intp),
+        ]
+        numbers = count, len(script), space.is_cutting
+        call = np.array([*(a.ctypes.data for a in arrays), *numbers], dtype=np.intp)
+        rounding = np.array(
+            [getattr(intervals, name) for name in ("U", "SLACK", "GROWTH", "TINY", "LIBM")]
+            + [np.pi]
+        )
+        if _load()(program.ctypes.data, call.ctypes.data, rounding.ctypes.data):
+            raise MemoryError
+        return [Jet(space, *pair) for pair in zip(supports, results, strict=True)]
+
+    @cached_property
+    def _plans(self) -> dict[Any, tuple[Any, ...]]:
+        return {}
+
 
 class Recorder:
-    """Collects the operations of code that runs on its nodes; equal operations are one."""
+    """Array namespace `xp` of generated code that collects its operations; equal ones are one."""
 
     def __init__(self) -> None:
         self.operations: list[RecordedStep] = []
         self._indices: dict[RecordedStep, int] = {}
 
-    def record(
-        self, name: str, *arguments: RecordedValue, numbers: Sequence[float] = ()
-    ) -> RecordedValue:
+    def record(self, name: str, *values: Any, numbers: Sequence[float] = ()) -> RecordedValue:
         """Return the node of an operation, the earlier one if there is an equal one."""
-        step = RecordedStep(name, tuple(node.index for node in arguments), tuple(numbers))
+        arguments = tuple(self.lift(value).index for value in values)
+        step = RecordedStep(name, arguments, tuple(numbers))
         if step not in self._indices:
             self._indices[step] = len(self.operations)
             self.operations.append(step)
@@ -192,103 +227,27 @@ class Recorder:
             raise UnrecordedError("an array is no single number")
         return self.record("constant", numbers=[float(value)])
 
-
-@dataclass(frozen=True, eq=False)
-class RecordedValue:
-    """A quantity or a condition of recorded code, with the operations of `Jet`."""
-
-    space: Recorder
-    index: int
-
-    def __add__(self, other: Any) -> RecordedValue:
-        return self.space.record("add", self, self.space.lift(other))
-
-    def __neg__(self) -> RecordedValue:
-        return self.space.record("negate", self)
-
-    def __sub__(self, other: Any) -> RecordedValue:
-        return self + -self.space.lift(other)
-
-    def __rsub__(self, other: Any) -> RecordedValue:
-        return -self + other
-
-    def __mul__(self, other: Any) -> RecordedValue:
-        return self.space.record("multiply", self, self.space.lift(other))
-
-    def __truediv__(self, other: Any) -> RecordedValue:
-        return self * self.space.lift(other).inverse()
-
-    def __rtruediv__(self, other: Any) -> RecordedValue:
-        return self.inverse() * other
-
-    __radd__, __rmul__ = __add__, __mul__
-
-    def __pow__(self, exponent: Any) -> RecordedValue:
-        """Return a power: of a positive base alone if the exponent is no whole number."""
-        if isinstance(exponent, RecordedValue) or exponent != int(exponent):
-            logarithm = self.space.record("log", self)
-            return self.space.record("exp", logarithm * exponent)
-        if exponent < 0:
-            return self.inverse() ** -exponent
-        return (
-            self.space.record("power", self, numbers=[exponent])
-            if exponent
-            else self.space.lift(1.0)
-        )
-
-    def __rpow__(self, base: Any) -> RecordedValue:
-        return self.space.lift(base) ** self
-
-    def inverse(self) -> RecordedValue:
-        """Return the reciprocal."""
-        return self.space.record("inverse", self)
-
-    def where(self, condition: Any, other: Any) -> RecordedValue:
-        """Return this node where a condition holds, and the other where not."""
-        if not isinstance(condition, RecordedValue):
-            return self if condition else self.space.lift(other)
-        return self.space.record("select", self, self.space.lift(other), condition)
-
-    def reaches(self, other: Any) -> RecordedValue:
-        """Return whether this is at least another, for a choice that is continuous where they are
-        equal.
-        """
-        return (other - self).ask(strictly=False, jumps=False)
-
-    def ask(self, strictly: bool, jumps: bool = True) -> RecordedValue:
-        """Return whether this is below zero, or at zero unless `strictly`."""
-        return self.space.record("below", self, numbers=[strictly, jumps])
-
-    def __lt__(self, other: Any) -> RecordedValue:
-        return (self - other).ask(strictly=True)
-
-    def __le__(self, other: Any) -> RecordedValue:
-        return (self - other).ask(strictly=False)
-
-    def __gt__(self, other: Any) -> RecordedValue:
-        return (-self + other).ask(strictly=True)
-
-    def __ge__(self, other: Any) -> RecordedValue:
-        return (-self + other).ask(strictly=False)
-
-
-class RecordingNamespace:
-    """Array namespace `xp` of generated code, for nodes."""
-
-    def __init__(self, recorder: Recorder) -> None:
-        self._recorder = recorder
-
-    @cached_property
+    @property
     def pi(self) -> RecordedValue:
-        return self._recorder.record("pi")
+        return self.record("pi")
 
-    def lift(self, value: Any) -> RecordedValue:
-        """Return a number as a node; a node is returned unchanged."""
-        return self._recorder.lift(value)
+    sin = partialmethod(record, "sin")
+    cos = partialmethod(record, "cos")
+    sqrt = partialmethod(record, "sqrt")
+    exp = partialmethod(record, "exp")
+    log = partialmethod(record, "log")
+    arctan = partialmethod(record, "arctan")
+    arctan2 = partialmethod(record, "arctan2")
+    floor = partialmethod(record, "floor")
+    logical_or = partialmethod(record, "or")
+    logical_and = partialmethod(record, "and")
+    logical_not = partialmethod(record, "not")
 
     def where(self, condition: Any, yes: Any, no: Any) -> RecordedValue:
         """Return a selection by a condition."""
-        return self.lift(yes).where(condition, no)
+        if not isinstance(condition, RecordedValue):
+            return self.lift(yes if condition else no)
+        return self.record("select", yes, no, condition)
 
     def absolute(self, x: Any) -> RecordedValue:
         """Return the absolute value."""
@@ -310,33 +269,9 @@ class RecordingNamespace:
         """Return the quotient."""
         return self.lift(a) / b
 
-    def sin(self, x: Any) -> RecordedValue:
-        """Return the sine."""
-        return self._recorder.record("sin", self.lift(x))
-
-    def cos(self, x: Any) -> RecordedValue:
-        """Return the cosine."""
-        return self._recorder.record("cos", self.lift(x))
-
     def tan(self, x: Any) -> RecordedValue:
         """Return the tangent."""
         return self.sin(x) / self.cos(x)
-
-    def sqrt(self, x: Any) -> RecordedValue:
-        """Return the square root."""
-        return self._recorder.record("sqrt", self.lift(x))
-
-    def exp(self, x: Any) -> RecordedValue:
-        """Return the exponential."""
-        return self._recorder.record("exp", self.lift(x))
-
-    def log(self, x: Any) -> RecordedValue:
-        """Return the natural logarithm."""
-        return self._recorder.record("log", self.lift(x))
-
-    def arctan(self, x: Any) -> RecordedValue:
-        """Return the arc tangent."""
-        return self._recorder.record("arctan", self.lift(x))
 
     def arcsin(self, x: Any) -> RecordedValue:
         """Return the arc sine."""
@@ -346,109 +281,134 @@ class RecordingNamespace:
         """Return the arc cosine."""
         return self.arctan2(self.sqrt(1 - x**2), x)
 
-    def arctan2(self, y: Any, x: Any) -> RecordedValue:
-        """Return the angle of a point."""
-        return self._recorder.record("arctan2", self.lift(y), self.lift(x))
-
     def polyval(self, coefficients: Sequence[float], x: Any) -> RecordedValue:
         """Return the sum of a_k x^k, with the highest power first."""
-        return self._recorder.record(
-            "polynomial", self.lift(x), numbers=[float(a) for a in coefficients]
-        )
-
-    def floor(self, x: Any) -> RecordedValue:
-        """Return the largest integer below."""
-        return self._recorder.record("floor", self.lift(x))
-
-    def logical_or(self, a: Any, b: Any) -> RecordedValue:
-        """Return whether one of two conditions holds."""
-        return self._recorder.record("or", a, b)
-
-    def logical_and(self, a: Any, b: Any) -> RecordedValue:
-        """Return whether both of two conditions hold."""
-        return self._recorder.record("and", a, b)
-
-    def logical_not(self, a: Any) -> RecordedValue:
-        """Return whether a condition does not hold."""
-        return self._recorder.record("not", a)
+        return self.record("polynomial", x, numbers=[float(a) for a in coefficients])
 
     def solve(self, matrix: Sequence[Sequence[Any]], right: Sequence[Any]) -> list[RecordedValue]:
         """Return the unknowns (k,) of simultaneous equations."""
-        entries = [self.lift(entry) for row in (*matrix, right) for entry in row]
+        entries = [entry for row in (*matrix, right) for entry in row]
         size = len(right)
-        return [self._recorder.record("solve", *entries, numbers=[size, k]) for k in range(size)]
+        return [self.record("solve", *entries, numbers=[size, k]) for k in range(size)]
+
+
+@dataclass(frozen=True, eq=False)
+class RecordedValue:
+    """A quantity or a condition of recorded code, with the operations of `Jet`."""
+
+    xp: Recorder
+    index: int
+
+    def __add__(self, other: Any) -> RecordedValue:
+        return self.xp.record("add", self, other)
+
+    def __neg__(self) -> RecordedValue:
+        return self.xp.record("negate", self)
+
+    def __sub__(self, other: Any) -> RecordedValue:
+        return self + -self.xp.lift(other)
+
+    def __rsub__(self, other: Any) -> RecordedValue:
+        return -self + other
+
+    def __mul__(self, other: Any) -> RecordedValue:
+        return self.xp.record("multiply", self, other)
+
+    def __truediv__(self, other: Any) -> RecordedValue:
+        return self * self.xp.record("inverse", other)
+
+    def __rtruediv__(self, other: Any) -> RecordedValue:
+        return self.xp.record("inverse", self) * other
+
+    __radd__, __rmul__ = __add__, __mul__
+
+    def __pow__(self, exponent: Any) -> RecordedValue:
+        """Return a power: of a positive base alone if the exponent is no whole number."""
+        if isinstance(exponent, RecordedValue) or exponent != int(exponent):
+            return self.xp.exp(self.xp.log(self) * exponent)
+        if exponent < 0:
+            return (1 / self) ** -exponent
+        return self.xp.record("power", self, numbers=[exponent]) if exponent else self.xp.lift(1.0)
+
+    def __rpow__(self, base: Any) -> RecordedValue:
+        return self.xp.lift(base) ** self
+
+    def reaches(self, other: Any) -> RecordedValue:
+        """Return whether this is at least another, for a choice that is continuous where they are
+        equal.
+        """
+        return (other - self).ask(strictly=False, jumps=False)
+
+    def ask(self, strictly: bool, jumps: bool = True) -> RecordedValue:
+        """Return whether this is below zero, or at zero unless `strictly`."""
+        return self.xp.record("below", self, numbers=[strictly, jumps])
+
+    def __lt__(self, other: Any) -> RecordedValue:
+        return (self - other).ask(strictly=True)
+
+    def __le__(self, other: Any) -> RecordedValue:
+        return (self - other).ask(strictly=False)
+
+    def __gt__(self, other: Any) -> RecordedValue:
+        return (-self + other).ask(strictly=True)
+
+    def __ge__(self, other: Any) -> RecordedValue:
+        return (-self + other).ask(strictly=False)
 
 
 Code = Callable[[Any, Sequence[Any]], Sequence[Any]]
 """(xp, inputs) -> results, in the array namespace `xp`."""
 
 
-def record_program(code: Code, count: int) -> RecordedProgram:
-    """Return the operations of code of a number of inputs.
+def record_program(
+    code: Code, count: int, inputs: Sequence[int] = (), limits: Sequence[float] = ()
+) -> Program:
+    """Return the operations of code of `count` arguments, as a stage with inputs and limits.
 
     Raises UnrecordedError if they are no straight line.
     """
     recorder = Recorder()
-    inputs = [recorder.record("input", numbers=[k]) for k in range(count)]
-    outputs = tuple(
-        recorder.lift(result).index for result in code(RecordingNamespace(recorder), inputs)
-    )
-    return RecordedProgram(tuple(recorder.operations), outputs)
+    arguments = [recorder.record("input", numbers=[k]) for k in range(count)]
+    outputs = tuple(recorder.lift(result).index for result in code(recorder, arguments))
+    return Program(tuple(recorder.operations), outputs, tuple(inputs), tuple(limits))
 
 
-class ProgramRunner:
-    """Encloses the results of a program over boxes, in C if there is a compiler."""
-
-    def __init__(self, program: RecordedProgram) -> None:
-        self.program = program
-
-    @cached_property
-    def compiled(self) -> CompiledProgram | None:
-        """The program in C, None without a compiler or where C has no operation for a step."""
-        try:
-            return CompiledProgram(self.program)
-        except CompilerError:
-            return None
-
-    def enclose(
-        self, space: Space, inputs: Sequence[Jet], lanes: Integers, script: Array
-    ) -> tuple[Branches, Sequence[Jet]]:
-        """Return the results on some lanes of inputs, and the conditions that were asked; `script`
-        has answers.
-        """
-        if self.compiled is not None:
-            return self.compiled.enclose(space, inputs, lanes, script)
-        branches = Branches(len(lanes), script)
-        part = space.asking(branches, lanes)
-        taken = [replace(jet if jet.lanes == 1 else jet.taken(lanes), space=part) for jet in inputs]
-        return branches, run_in_numpy(self.program, part, taken)
-
-    def enclose_smooth(self, space: Space, inputs: Sequence[Jet]) -> list[Jet]:
-        """Return the results in all lanes.
-
-        Raises Unbounded if a condition has several answers over the box.
-        """
-        count = max((jet.lanes for jet in inputs), default=1)
-        branches, jets = self.enclose(space, inputs, np.arange(count), np.empty((0, count)))
-        if branches.alternatives:
-            raise Unbounded("a condition has several answers over a box")
-        return [replace(jet, space=space) for jet in jets]
-
-
-def run_in_numpy(program: RecordedProgram, space: Space, inputs: Sequence[Jet]) -> list[Jet]:
-    """Return the results of a program; conditions are answered by the branches of the space."""
+def _run_in_numpy(
+    program: Program, space: Space, inputs: Sequence[Jet], script: Array, asked: Array
+) -> list[Jet]:
+    """Return the results of a program; `asked` (3, q, lanes) becomes the largest and the smallest
+    answer to each condition that its lanes allow, and the one that is taken.
+    """
     values: dict[int, Any] = {}
     solutions: dict[tuple[int, ...], list[Jet]] = {}
+    question = 0
+
+    def answer(largest: Array, smallest: Array, usual: Array) -> Array:
+        nonlocal question
+        taken = np.where(largest != smallest, usual, smallest)
+        if question < len(script):
+            taken = np.where(np.isnan(script[question]), taken, script[question])
+        for row, side in zip(asked, (largest, smallest, taken), strict=True):
+            row[question] = side
+        question += 1
+        return taken
+
+    def below(x: Ball, strictly: float) -> Flags:
+        # a ball without bounds leaves nothing open
+        low, high = (x.low < 0, x.high < 0) if strictly else (x.low <= 0, x.high <= 0)
+        ends = [np.where(side, 1.0, 0.0) for side in (low, high, x.mid < 0)]
+        return np.asarray(answer(*ends) > 0)
+
     for n in program.order:
-        step = program.operations[n]
-        arguments = [values[a] for a in step.arguments]
-        match step.name:
+        name, places, numbers = program.operations[n]
+        arguments = [values[a] for a in places]
+        match name:
             case "constant":
-                values[n] = space.constant(Ball.exact([step.numbers[0]]))
+                values[n] = space.lift(numbers[0])
             case "pi":
                 values[n] = space.constant(PI)
             case "input":
-                values[n] = inputs[int(step.numbers[0])]
+                values[n] = inputs[int(numbers[0])]
             case "add":
                 values[n] = arguments[0] + arguments[1]
             case "negate":
@@ -456,70 +416,30 @@ def run_in_numpy(program: RecordedProgram, space: Space, inputs: Sequence[Jet]) 
             case "multiply":
                 values[n] = arguments[0] * arguments[1]
             case "power":
-                values[n] = arguments[0] ** int(step.numbers[0])
+                values[n] = arguments[0] ** int(numbers[0])
             case "polynomial":
-                values[n] = arguments[0].polynomial(step.numbers)
+                values[n] = arguments[0].polynomial(numbers)
             case "select":
                 values[n] = arguments[0].where(arguments[2], arguments[1])
             case "arctan2":
                 values[n] = arguments[0].angle(arguments[1])
+            case "floor":
+                x = arguments[0].value[ANYWHERE]
+                ends: Array = np.nan_to_num(np.floor([x.high, x.low, x.mid]))
+                values[n] = space.lift(answer(*ends))
             case "below":
-                strictly, jumps = map(bool, step.numbers)
-                values[n] = space.branches.below(arguments[0].value[ANYWHERE], strictly, jumps)
+                values[n] = below(arguments[0].value[ANYWHERE], numbers[0])
             case "or" | "and" | "not":
-                values[n] = getattr(np, f"logical_{step.name}")(*arguments)
+                values[n] = getattr(np, f"logical_{name}")(*arguments)
             case "solve":
-                size, k = map(int, step.numbers)
-                if step.arguments not in solutions:
+                size, k = map(int, numbers)
+                if places not in solutions:
                     rows = [arguments[i : i + size] for i in range(0, len(arguments), size)]
-                    solutions[step.arguments] = solve_linear_jets(space, rows[:-1], rows[-1])
-                values[n] = solutions[step.arguments][k]
-            case name:
-                values[n] = getattr(arguments[0], name)()
+                    solutions[places] = solve_linear_jets(space, rows[:-1], rows[-1])
+                values[n] = solutions[places][k]
+            case _:
+                values[n] = arguments[0].call(name)
     return [values[n] for n in program.outputs]
-
-
-class _Program(ctypes.Structure):
-    """`program` in programs.c."""
-
-    _fields_ = (
-        *(
-            (name, ctypes.c_long)
-            for name in (
-                "operations",
-                "inputs",
-                "outputs",
-                "registers",
-                "conditions",
-                "rows",
-                "parameters",
-            )
-        ),
-        *((name, ctypes.c_void_p) for name in ("code", "tables", "results", "numbers")),
-    )
-
-
-class _Call(ctypes.Structure):
-    """`call` in programs.c."""
-
-    _fields_ = (
-        *(
-            (name, ctypes.c_void_p)
-            for name in (
-                "half",
-                "script",
-                "input_mid",
-                "input_rad",
-                "output_mid",
-                "output_rad",
-                "largest",
-                "smallest",
-                "answers",
-                "strides",
-            )
-        ),
-        *((name, ctypes.c_long) for name in ("lanes", "script_rows", "cutting")),
-    )
 
 
 FLAGS = ("-O3", "-ffp-contract=off")
@@ -531,117 +451,25 @@ def _load() -> Any:
     """Return the C function. Raises CompilerError."""
     text = resources.files(__package__).joinpath("programs.c").read_text(encoding="utf-8")
     (run,) = toolchain.load_functions(toolchain.build_library("programs", text, FLAGS), "run")
-    run.restype, run.argtypes = ctypes.c_long, (ctypes.c_void_p,) * 3
+    run.restype, run.argtypes = ctypes.c_ssize_t, (ctypes.c_void_p,) * 3
     return run
 
 
-@dataclass(frozen=True)
-class _Plan:
-    """A program for inputs of known parameters: `support` of the outputs, and the numbers that C
-    reads.
-    """
-
-    support: tuple[tuple[int, ...], ...]
-    arrays: tuple[Any, ...]
-    structure: _Program
+def _point(arrays: Sequence[Array]) -> Integers:
+    """Return the addresses of arrays."""
+    return np.array([array.ctypes.data for array in arrays], dtype=np.intp)
 
 
-class CompiledProgram:
-    """A program that C runs.
-
-    Raises CompilerError without a compiler, or if C has no operation for a step.
-    """
-
-    def __init__(self, program: RecordedProgram) -> None:
-        if any(
-            step.name == "solve" or len(step.numbers) > MOST_TERMS for step in program.operations
-        ):
-            raise CompilerError(
-                "C solves no simultaneous equations and adds up no polynomials of many terms"
-            )
-        self.program, self._run = program, _load()
-        self._plans: dict[Any, _Plan] = {}
-
-    def enclose(
-        self, space: Space, inputs: Sequence[Jet], lanes: Integers, script: Array
-    ) -> tuple[Branches, list[Jet]]:
-        """Return the results on some lanes of inputs, and the conditions that were asked."""
-        size, count = len(space.half), len(lanes)
-        key = (size, *(jet.support for jet in inputs))
-        if key not in self._plans:
-            self._plans[key] = _plan(self.program, [jet.support for jet in inputs], size)
-        plan = self._plans[key]
-        half = space.half if space.half.shape[1] == 1 else space.half[:, lanes]
-        mids, rads = zip(*(_pack(jet, lanes) for jet in inputs), strict=True)
-        strides = np.array([mid.shape[1] > 1 for mid in (*mids, half)], dtype=ctypes.c_long)
-        rows = [2 + 2 * len(support) + packed_size(len(support)) for support in plan.support]
-        results = [(np.empty((row, count)), np.empty((row, count))) for row in rows]
-        answers = np.zeros((3, len(self.program.jumps), count))
-        arrays = [np.ascontiguousarray(half), np.ascontiguousarray(script), strides, *answers]
-        call = _Call(
-            arrays[0].ctypes.data,
-            arrays[1].ctypes.data,
-            _point(mids),
-            _point(rads),
-            _point([m for m, _ in results]),
-            _point([r for _, r in results]),
-            *(part.ctypes.data for part in arrays[3:]),
-            strides.ctypes.data,
-            count,
-            len(script),
-            space.is_cutting,
-        )
-        constants = (
-            intervals.U,
-            intervals.SLACK,
-            intervals.GROWTH,
-            intervals.TINY,
-            intervals.LIBM,
-            np.pi,
-        )
-        rounding = (ctypes.c_double * len(constants))(*constants)
-        if self._run(ctypes.byref(plan.structure), ctypes.byref(call), rounding):
-            raise MemoryError
-        branches = Branches(count, script)
-        branches.replay(answers[0], answers[1], answers[2], self.program.jumps)
-        return branches, [
-            _unpack(space, support, *pair)
-            for support, pair in zip(plan.support, results, strict=True)
-        ]
+def _take_lanes(side: Array, lanes: Integers) -> Array:
+    """Return some lanes of midpoints or radii (rows, lanes), or the only one."""
+    return np.ascontiguousarray(side if side.shape[1] == 1 else np.take(side, lanes, axis=1))
 
 
-def _point(arrays: Sequence[Array]) -> Any:
-    """Return an array of the addresses of arrays."""
-    return ctypes.cast(
-        (ctypes.c_void_p * len(arrays))(*(array.ctypes.data for array in arrays)), ctypes.c_void_p
-    )
-
-
-def _pack(jet: Jet, lanes: Integers) -> tuple[Array, Array]:
-    """Return midpoints and radii (rows, lanes), or (rows, 1) if all lanes are the same."""
-    count = len(jet.support)
-    width = 1 if jet.lanes == 1 else len(lanes)
-    packed = np.empty((2, 2 + 2 * count + packed_size(count), width))
-    for to, part in zip(packed, ("mid", "rad"), strict=True):
-        for start, ball in ((0, jet.value), (2, jet.gradient), (2 + 2 * count, jet.hessian)):
-            side = getattr(ball, part)
-            side = side.reshape(-1, side.shape[-1])
-            to[start : start + len(side)] = side if side.shape[-1] == 1 else side[:, lanes]
-    return packed[0], packed[1]
-
-
-def _unpack(space: Space, support: tuple[int, ...], mid: Array, rad: Array) -> Jet:
-    count, lanes = len(support), mid.shape[1]
-    ends = 2, 2 + 2 * count
-    sides = [np.split(side, ends) for side in (mid, rad)]
-    value, gradient, hessian = (Ball(a, b) for a, b in zip(*sides, strict=True))
-    slopes = Ball(gradient.mid.reshape(2, count, lanes), gradient.rad.reshape(2, count, lanes))
-    return Jet(space, support, value, slopes, hessian)
-
-
-def _plan(program: RecordedProgram, supports: Sequence[tuple[int, ...]], parameters: int) -> _Plan:
-    """Return a program as numbers for C, for inputs of known parameters, with as few registers as
-    can be.
+def _plan(
+    program: Program, supports: Sequence[tuple[int, ...]], parameters: int
+) -> tuple[tuple[tuple[int, ...], ...], Integers, tuple[Any, ...]]:
+    """Return a program for inputs of known parameters, with as few registers as can be: the
+    parameters of its outputs, its structure in C, and the arrays to which that points.
     """
     steps, order = program.operations, program.order
     support: dict[int, tuple[int, ...]] = {}
@@ -669,29 +497,22 @@ def _plan(program: RecordedProgram, supports: Sequence[tuple[int, ...]], paramet
         code.append([CODES.index(step.name), registers[n], *pair, more, len(tables), len(numbers)])
         tables += _tabulate(support[n], argument_supports)
         numbers += step.numbers
-    results = np.array(
-        [[registers[n], len(support[n])] for n in program.outputs], dtype=ctypes.c_long
-    )
+    results = [[registers[n], len(support[n])] for n in program.outputs]
     arrays = (
-        np.array(code, dtype=ctypes.c_long),
-        np.array(tables, dtype=ctypes.c_long),
-        results,
+        *(np.array(part, dtype=np.intp) for part in (code, tables, results)),
         np.array(numbers),
     )
     size = max(len(part) for part in support.values())
     if max(size, parameters) > MOST_PARAMETERS:
         raise Unbounded("a mechanism has many parameters")
-    structure = _Program(
-        len(order),
-        len(supports),
-        len(results),
-        used[0],
-        used[1],
-        max(5, 2 + 2 * size + packed_size(size)),
-        parameters,
-        *(array.ctypes.data for array in arrays),
-    )
-    return _Plan(tuple(support[n] for n in program.outputs), arrays, structure)
+    sizes = len(order), len(supports), len(results), *used, _count_rows(max(1, size)), parameters
+    structure = np.array([*sizes, *_point(arrays)], dtype=np.intp)
+    return tuple(support[n] for n in program.outputs), structure, arrays
+
+
+def _count_rows(parameters: int) -> int:
+    """Return the number of rows of a jet."""
+    return 2 + 2 * parameters + packed_size(parameters)
 
 
 def _find_support(

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import reduce
-from operator import add
+from operator import add, mul
 from typing import Any
 
 import numpy as np
@@ -23,31 +23,40 @@ from planter.engine.proof.jets import (
     join_parts,
     packed_indices,
     packed_size,
+    unite_supports,
 )
 from planter.kernels import Array, Flags, Integers
 
-LINEAR_ROUNDS = 2
-"""Passes over the solutions on a box; each starts from values narrowed by the derivatives of the
-previous pass.
-"""
 
+def eliminate(matrix: Sequence[Sequence[Any]], right: Sequence[Sequence[Any]]) -> list[list[Any]]:
+    """Return X (k, m) of A X = B, of jets or of balls, by elimination without pivoting: the matrix
+    A (k, k) is close to the identity.
 
-class BallSolver:
-    """Solver of linear equations whose matrix (k, k) of balls (lanes,) is close to the identity.
-
-    Raises Unbounded if the matrix may be singular.
+    Raises Unbounded if it may be singular.
     """
+    size = len(matrix)
+    rows = [[*row, *sides] for row, sides in zip(matrix, right, strict=True)]
+    for k in range(size):
+        for i in range(k + 1, size):
+            share = rows[i][k] / rows[k][k]
+            pairs = zip(rows[i][k + 1 :], rows[k][k + 1 :], strict=True)
+            rows[i] = [*rows[i][: k + 1], *(a - share * b for a, b in pairs)]
+    solution: list[list[Any]] = []
+    for k in reversed(range(size)):
+        values = rows[k][size:]
+        for factor, solved in zip(reversed(rows[k][k + 1 : size]), solution, strict=True):
+            values = [value - factor * y for value, y in zip(values, solved, strict=True)]
+        solution.append([value / rows[k][k] for value in values])
+    return solution[::-1]
 
-    def __init__(self, matrix: Sequence[Sequence[Ball]]) -> None:
-        size, lanes = len(matrix), max(ball.mid.shape[-1] for row in matrix for ball in row)
-        unit = [
-            [Ball.exact(np.full(lanes, float(i == j))) for j in range(size)] for i in range(size)
-        ]
-        self._inverse = _eliminate(matrix, unit)
 
-    def solve(self, right: Sequence[Ball]) -> list[Ball]:
-        """Return the unknowns (k,) for right sides (k,) of balls (..., lanes)."""
-        return [row[0] for row in multiply_matrices(self._inverse, [[ball] for ball in right])]
+def invert_balls(matrix: Sequence[Sequence[Jet]], part: int) -> list[list[Ball]]:
+    """Return the inverse (k, k) of a matrix that is close to the identity, at the centre of the box
+    or anywhere in it.
+    """
+    size, lanes = len(matrix), max(jet.lanes for row in matrix for jet in row)
+    unit = [[Ball.exact(np.full(lanes, float(i == j))) for j in range(size)] for i in range(size)]
+    return eliminate([[jet.value[part] for jet in row] for row in matrix], unit)
 
 
 def invert_centre(matrix: Sequence[Sequence[Jet]]) -> list[list[Jet]]:
@@ -71,17 +80,17 @@ def invert_centre(matrix: Sequence[Sequence[Jet]]) -> list[list[Jet]]:
     return [[matrix[0][0].space.constant(Ball.exact(entry)) for entry in row] for row in inverse]
 
 
+def apply_matrix(matrix: Sequence[Sequence[Any]], vector: Sequence[Any]) -> list[Any]:
+    """Return the product (k,) of a matrix and a vector of jets, or of balls."""
+    return [reduce(add, map(mul, row, vector)) for row in matrix]
+
+
 def multiply_matrices(
     left: Sequence[Sequence[Any]], right: Sequence[Sequence[Any]]
 ) -> list[list[Any]]:
     """Return the product (k, m) of two matrices of jets, or of balls."""
-    return [
-        [
-            _add_terms(a * b for a, b in zip(row, column, strict=True))
-            for column in zip(*right, strict=True)
-        ]
-        for row in left
-    ]
+    columns = [apply_matrix(left, column) for column in zip(*right, strict=True)]
+    return [list(row) for row in zip(*columns, strict=True)]
 
 
 def solve_linear_jets(
@@ -92,88 +101,51 @@ def solve_linear_jets(
     Its derivatives solve A y' = b' - A' y and A y'' = b'' - A'' y - 2 A' y'. Raises Unbounded if
     the matrix may be singular.
     """
-    jets = [
-        [space.lift(entry) for entry in (*row, value)]
-        for row, value in zip(matrix, right, strict=True)
-    ]
-    support = tuple(sorted({k for row in jets for jet in row for k in jet.support}))
+    pairs = zip(matrix, right, strict=True)
+    jets = [[space.lift(entry) for entry in (*row, value)] for row, value in pairs]
+    support = unite_supports(jet for row in jets for jet in row)
     jets = [[jet.over(support) for jet in row] for row in jets]
     jets = multiply_matrices(invert_centre([row[:-1] for row in jets]), jets)
     rows, sides = [row[:-1] for row in jets], [row[-1] for row in jets]
     parts = (CENTRE, ANYWHERE)
-    solvers = [BallSolver([[jet.value[part] for jet in row] for row in rows]) for part in parts]
-    values = [solvers[part].solve([jet.value[part] for jet in sides]) for part in parts]
+    inverses = [invert_balls(rows, part) for part in parts]
+    values = [apply_matrix(inverses[part], [jet.value[part] for jet in sides]) for part in parts]
     low, high = packed_indices(len(support))
     solution: list[Jet] = []
-    for _ in range(LINEAR_ROUNDS):
-        slopes = [
-            solvers[part].solve(
-                [
-                    side.gradient[part]
-                    - _add_terms(
-                        a.gradient[part] * y for a, y in zip(row, values[part], strict=True)
-                    )
-                    for row, side in zip(rows, sides, strict=True)
-                ]
-            )
-            for part in parts
-        ]
+    for _ in range(ROUNDS):
+        slopes = []
+        for part in parts:
+            changes = apply_matrix([[a.gradient[part] for a in row] for row in rows], values[part])
+            rates = [side.gradient[part] - y for side, y in zip(sides, changes, strict=True)]
+            slopes.append(apply_matrix(inverses[part], rates))
         y, slope = values[ANYWHERE], slopes[ANYWHERE]
-        bends = solvers[ANYWHERE].solve(
-            [
-                side.hessian
-                - _add_terms(
-                    sum_products(
-                        (a.hessian, y[j]),
-                        (a.gradient[ANYWHERE][low], slope[j][high]),
-                        (a.gradient[ANYWHERE][high], slope[j][low]),
-                    )
-                    for j, a in enumerate(row)
+        bends = []
+        for row, side in zip(rows, sides, strict=True):
+            terms = [
+                sum_products(
+                    (a.hessian, y[j]),
+                    (a.gradient[ANYWHERE][low], slope[j][high]),
+                    (a.gradient[ANYWHERE][high], slope[j][low]),
                 )
-                for row, side in zip(rows, sides, strict=True)
+                for j, a in enumerate(row)
             ]
-        )
-        solution = [
-            Jet(space, support, join_parts(*value), join_parts(*slope), bend).cut()
-            for value, slope, bend in zip(
-                zip(*values, strict=True), zip(*slopes, strict=True), bends, strict=True
-            )
-        ]
+            bends.append(side.hessian - reduce(add, terms))
+        bends = apply_matrix(inverses[ANYWHERE], bends)
+        solution = _build_jets(space, support, *values, *slopes, bends)
         if not support:
             break
         values = [[jet.value[part] for jet in solution] for part in parts]
     return solution
 
 
-def _eliminate(
-    matrix: Sequence[Sequence[Ball]], right: Sequence[Sequence[Ball]]
-) -> list[list[Ball]]:
-    """Return the solutions (k, m) of equations with right sides (k, m), by elimination without
-    pivoting.
+def _build_jets(space: Space, support: tuple[int, ...], *parts: Sequence[Ball]) -> list[Jet]:
+    """Return jets (k,) from values at the centre of the box and anywhere in it, slopes there, and
+    bends.
     """
-    size = len(matrix)
-    rows = [[*row, *sides] for row, sides in zip(matrix, right, strict=True)]
-    for k in range(size):
-        for i in range(k + 1, size):
-            share = rows[i][k] / rows[k][k]
-            rows[i] = [
-                *rows[i][: k + 1],
-                *(a - share * b for a, b in zip(rows[i][k + 1 :], rows[k][k + 1 :], strict=True)),
-            ]
-    solution: list[list[Ball]] = []
-    for k in reversed(range(size)):
-        values = rows[k][size:]
-        for offset, solved in enumerate(solution):
-            values = [
-                value - rows[k][size - 1 - offset] * y
-                for value, y in zip(values, solved, strict=True)
-            ]
-        solution.append([value / rows[k][k] for value in values])
-    return solution[::-1]
-
-
-def _add_terms(terms: Any) -> Any:
-    return reduce(add, terms)
+    return [
+        space.jet(support, join_parts(at, near), join_parts(slope, rate), bend).cut()
+        for at, near, slope, rate, bend in zip(*parts, strict=True)
+    ]
 
 
 BallEquations = Callable[
@@ -251,6 +223,8 @@ WIDER = 1.5
 MAX_NEWTON_STEPS = 30
 SMALL_STEP = 1e-9
 """Relative size of the last Newton step; the remaining error is of the order of its square."""
+ROUNDS = 2
+"""Passes over roots on a box; each starts from values narrowed by the derivatives of the one before."""
 NARROW = 0.02
 """Derivatives whose radii are below this share of the largest are not narrowed further."""
 
@@ -269,54 +243,40 @@ def enclose_roots(space: Space, start: Array, residual: Residual) -> list[Jet]:
     """
     at = _refine(space, start, residual)
     excess, slopes = residual([space.constant(Ball.exact(row)) for row in at])
-    scale, support = (
-        invert_centre(slopes),
-        tuple(sorted({k for jet in excess for k in jet.support})),
-    )
+    scale, support = invert_centre(slopes), unite_supports(excess)
 
     def scaled(a: Sequence[Jet]) -> tuple[list[Jet], list[list[Jet]]]:
         """Return f(a) and its Jacobian, multiplied by the inverse of the Jacobian at the centre."""
         excess, slopes = residual(a)
-        return [
-            row[0].over(support) for row in multiply_matrices(scale, [[jet] for jet in excess])
-        ], multiply_matrices(scale, slopes)
+        rows = apply_matrix(scale, excess)
+        return [row.over(support) for row in rows], multiply_matrices(scale, slopes)
+
+    def divide(right: Sequence[Ball], matrix: Sequence[Sequence[Jet]], part: int) -> list[Ball]:
+        return [-y for y in apply_matrix(invert_balls(matrix, part), right)]
 
     middle, values = (_enclose(space, at, scaled, part) for part in (CENTRE, ANYWHERE))
     excess, jacobian = scaled([space.constant(value) for value in middle])
-    centre = _divide([jet.gradient[CENTRE] for jet in excess], jacobian, CENTRE)
+    centre = divide([jet.gradient[CENTRE] for jet in excess], jacobian, CENTRE)
     flat, jets = Ball.exact(np.zeros((packed_size(len(support)), 1))), list[Jet]()
-    for _ in range(LINEAR_ROUNDS):
+    for _ in range(ROUNDS):
         excess, jacobian = scaled([space.constant(value) for value in values])
-        rates = _divide(
-            [jet.gradient[ANYWHERE] for jet in excess],
-            scaled(jets)[1] if jets else jacobian,
-            ANYWHERE,
-        )
+        matrix = scaled(jets)[1] if jets else jacobian
+        rates = divide([jet.gradient[ANYWHERE] for jet in excess], matrix, ANYWHERE)
         lines = [
-            Jet(space, support, join_parts(value, value), join_parts(rate, rate), flat)
+            space.jet(support, join_parts(value, value), join_parts(rate, rate), flat)
             for value, rate in zip(values, rates, strict=True)
         ]
-        with space.at_points():
-            bends = _divide([jet.hessian for jet in scaled(lines)[0]], jacobian, ANYWHERE)
-        jets = [
-            Jet(space, support, join_parts(*value), join_parts(*rate), bend).cut()
-            for *value, rate, bend in zip(
-                middle, values, zip(centre, rates, strict=True), bends, strict=True
-            )
-        ]
+        space.is_cutting = False  # lines hold at single designs, where Taylor forms do not
+        try:
+            excess, _ = scaled(lines)
+        finally:
+            space.is_cutting = True
+        bends = divide([jet.hessian for jet in excess], jacobian, ANYWHERE)
+        jets = _build_jets(space, support, middle, values, centre, rates, bends)
         if all((rate.rad <= NARROW * np.abs(rate.mid).max(initial=0)).all() for rate in rates):
             break
         values = [jet.value[ANYWHERE] for jet in jets]
     return jets
-
-
-def _divide(right: Sequence[Ball], matrix: Sequence[Sequence[Jet]], part: int) -> list[Ball]:
-    """Return the solution of A y = -b for a matrix A of jets, at the centre of the box or anywhere
-    in it.
-    """
-    return [
-        -y for y in BallSolver([[jet.value[part] for jet in row] for row in matrix]).solve(right)
-    ]
 
 
 def _refine(space: Space, start: Array, residual: Residual) -> Array:
@@ -326,17 +286,16 @@ def _refine(space: Space, start: Array, residual: Residual) -> Array:
     at = np.array(start, dtype=float)
     for _ in range(MAX_NEWTON_STEPS):
         excess, slopes = residual([space.constant(Ball.exact(row)) for row in at])
-        lanes = at.shape[1]
-        right = np.array([np.broadcast_to(jet.value.mid[0], lanes) for jet in excess])
-        matrix = np.array(
-            [[np.broadcast_to(jet.value.mid[0], lanes) for jet in row] for row in slopes]
+        right, *matrix = (
+            np.array([np.broadcast_to(jet.value.mid[CENTRE], at.shape[1]) for jet in row])
+            for row in (excess, *slopes)
         )
         try:
-            step = np.linalg.solve(matrix.transpose(2, 0, 1), right.T[..., None])[..., 0].T
+            step = np.linalg.solve(np.array(matrix).transpose(2, 0, 1), right.T[..., None])
         except np.linalg.LinAlgError:
             raise Unbounded("a Jacobian is singular") from None
-        at = at - step
-        if not (np.abs(step) > SMALL_STEP * np.abs(at)).any():
+        at = at - step[..., 0].T
+        if not (np.abs(step[..., 0].T) > SMALL_STEP * np.abs(at)).any():
             break
     return at
 
@@ -350,27 +309,18 @@ def _enclose(space: Space, start: Array, residual: Residual, part: int) -> list[
     points = [Ball.exact(row) for row in start]
     excess, slopes = residual([space.constant(point) for point in points])
     right = [jet.value[part] for jet in excess]
-    first = BallSolver([[jet.value[CENTRE] for jet in row] for row in slopes]).solve(right)
+    first = apply_matrix(invert_balls(slopes, CENTRE), right)
     rad, moved = np.zeros(start.shape), np.array([np.abs(ball.mid) + ball.rad for ball in first])
     settled: Flags = np.zeros(start.shape[1], dtype=bool)
     for _ in range(MAX_NEWTON_STEPS):
         rad = np.where(moved * GROWTH < rad, rad, WIDER * moved + 1e-15 * np.abs(start) + TINY)
-        balls = [
-            space.constant(Ball(point.mid, radius))
-            for point, radius in zip(points, rad, strict=True)
-        ]
-        _, slopes = residual(balls)
+        _, slopes = residual([space.constant(Ball(*pair)) for pair in zip(start, rad, strict=True)])
         try:
-            changes = BallSolver([[jet.value[part] for jet in row] for row in slopes]).solve(right)
+            changes = apply_matrix(invert_balls(slopes, part), right)
         except Unbounded:
             break
         result = [point - change for point, change in zip(points, changes, strict=True)]
-        moved = np.array(
-            [
-                np.abs(ball.mid - point.mid) + ball.rad
-                for ball, point in zip(result, points, strict=True)
-            ]
-        )
+        moved = np.abs([b.mid for b in result] - start) + [b.rad for b in result]
         settled = np.asarray((moved * GROWTH < rad).all(axis=0))
         if (settled | ~np.isfinite(moved).all(axis=0)).all():
             break

@@ -13,47 +13,20 @@ import itertools
 import math
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from decimal import ROUND_CEILING, Context
-from typing import Literal, Protocol
+from typing import Protocol, Self
 
 import numpy as np
 
-from planter.engine.proof.enclosures import Evidence, ObjectiveBounds
 from planter.engine.proof.intervals import Ball, Unbounded
-from planter.files.record import Record
+from planter.engine.proof.objective import Box, Evidence, ObjectiveBounds
+from planter.engine.proof.proof_results import GlobalBound
 from planter.jobs import MIN_PARALLEL_S, Jobs
 from planter.kernels import Array, Flags
 from planter.progress import Listener, Progress
 from planter.task import AUTO, Means, Task, count_cores
 
-
-@dataclass(frozen=True, kw_only=True)
-class GlobalBound(Record):
-    """No design of the box has an objective below `lower_bound`, which is null, with `gap`, if none
-    was reached.
-
-    `kind` is that of this objective: "true", of true extremes and integrals, or "sampled", over
-    `samples` angles, from which nothing follows for true extremes. `objective` is that of the
-    incumbent `design`, the best that is known; `gap` is the difference. `seconds` are those of all
-    cores.
-    """
-
-    kind: Literal["sampled", "true"]
-    samples: int | None
-    design: dict[str, float]
-    objective: float
-    lower_bound: float | None
-    gap: float | None
-    boxes: int
-    seconds: float
-    proved: bool
-    statement: str
-
-
-Box = tuple[Array, Array]
-"""Designs between two others (p,)."""
 BoundListener = Callable[[float, int, float], None]
 """(bound so far, number of boxes, elapsed time [s]) -> None."""
 
@@ -125,23 +98,6 @@ class BoxNode:
         )
 
 
-@dataclass(frozen=True)
-class BoundingResult:
-    """Lower bound `lower_bound` of an objective over a box, and the smallest value `met` at the
-    centre of a part.
-
-    `obstacle` is the reason if the part with `lower_bound` has only the bound of its enclosing box,
-    else empty.
-    """
-
-    lower_bound: float
-    met: float
-    boxes: int
-    seconds: float
-    root: BoxNode
-    obstacle: str = ""
-
-
 SHRINK_SHARES = (0.25, 0.0625)
 """Shares of a box, about its centre, whose bounds determine where to bisect a box that cannot be
 bounded.
@@ -165,7 +121,8 @@ class BoxObjective(Protocol):
 class BranchAndBound:
     """Branch and bound of an objective over a box [lower, upper] (p,).
 
-    `root` continues an earlier search. `clock` gives the CPU time that was spent [s].
+    `root` continues an earlier search. `clock` gives the CPU time that was spent [s], of which the
+    search took `seconds`; `met` is the smallest value at the centre of a part.
     """
 
     def __init__(
@@ -178,28 +135,35 @@ class BranchAndBound:
     ) -> None:
         self.objective, self.clock = objective, clock
         self.root = root or BoxNode(lower, upper, objective.floor)
-        self.boxes, self.met = 0, np.inf
+        self.boxes, self.met, self.seconds = 0, float(np.inf), 0.0
 
-    def run(
-        self, goal: float, seconds: float, listener: BoundListener | None = None
-    ) -> BoundingResult:
-        """Bisect boxes until the bound reaches `goal` or the CPU time [s] is over."""
+    def list_leaves(self) -> list[BoxNode]:
+        """Return the boxes that are not divided."""
+        return [node for node in self.root.list_nodes() if not node.children]
+
+    @property
+    def weakest(self) -> BoxNode:
+        """The box whose bound is that of all designs."""
+        return min(self.list_leaves(), key=lambda node: node.lower_bound)
+
+    def run(self, goal: float, seconds: float, listener: BoundListener | None = None) -> float:
+        """Bisect boxes until the bound, which is returned, reaches `goal` or the CPU time [s] is
+        over.
+        """
         begun, order = self.clock(), itertools.count()
-        leaves = [node for node in self.root.list_nodes() if not node.children]
         self.boxes = sum(node.evidence is not None for node in self.root.list_nodes())
+        leaves = self.list_leaves()
         pending = [leaf for leaf in leaves if leaf.widest is None and leaf.evidence is None]
         leaves = [leaf for leaf in leaves if leaf not in pending] + self._bound(pending)
         open_ = [(leaf.lower_bound, next(order), leaf) for leaf in leaves]
         heapq.heapify(open_)
         while True:
             bound, _, node = open_[0]
-            spent = self.clock() - begun
+            self.seconds = self.clock() - begun
             if listener is not None:
-                listener(bound, self.boxes, spent)
-            if bound >= goal or spent >= seconds or node.widest is None:
-                return BoundingResult(
-                    bound, float(self.met), self.boxes, spent, self.root, node.obstacle
-                )
+                listener(bound, self.boxes, self.seconds)
+            if bound >= goal or self.seconds >= seconds or node.widest is None:
+                return bound
             halves: list[BoxNode] = []
             while (
                 open_
@@ -220,12 +184,8 @@ class BranchAndBound:
         waiting, bounded, unbounded = list(nodes), list[BoxNode](), list[BoxNode]()
         while waiting:
             self.boxes += len(waiting)
-            pairs = zip(
-                waiting,
-                self.objective.bound_boxes([(node.lower, node.upper) for node in waiting]),
-                strict=True,
-            )
-            waiting = []
+            results = self.objective.bound_boxes([(node.lower, node.upper) for node in waiting])
+            pairs, waiting = list(zip(waiting, results, strict=True)), []
             for node, result in pairs:
                 if isinstance(result, Unbounded):
                     node.obstacle = result.message
@@ -234,29 +194,19 @@ class BranchAndBound:
                 node.bound, node.evidence = state_bound(result), result.evidence
                 self.met = min(self.met, result.reached)
                 open_ = node.upper > node.lower
-                rising, falling = (
-                    open_ & find_rising(result.slopes),
-                    open_ & find_rising(-result.slopes),
-                )
-                falling &= ~rising
-                if (
-                    result.may_jump
-                    and node.lower_bound < np.inf
-                    and open_.any()
-                    and not result.looseness[open_].any()
-                ):
+                rising = open_ & find_rising(result.slopes)
+                falling = open_ & find_rising(-result.slopes) & ~rising
+                if not result.may_jump and (rising | falling).any():
+                    lower = np.where(falling, node.upper, node.lower)
+                    waiting += node.divide((lower, np.where(rising, node.lower, node.upper)))
+                    continue
+                loose = np.where(open_, result.looseness, -1)
+                is_loose = loose.max(initial=0) > 0
+                if result.may_jump and node.lower_bound < np.inf and open_.any() and not is_loose:
                     unbounded.append(node)
-                elif result.may_jump or not (rising | falling).any():
-                    loose = np.where(open_, result.looseness, -1)
-                    node.widest = int(loose.argmax()) if open_.any() else None
-                    bounded.append(node)
-                else:
-                    waiting += node.divide(
-                        (
-                            np.where(falling, node.upper, node.lower),
-                            np.where(rising, node.lower, node.upper),
-                        )
-                    )
+                    continue
+                node.widest = int(loose.argmax()) if open_.any() else None
+                bounded.append(node)
         return bounded + self._find_sides(unbounded)
 
     def _find_sides(self, nodes: Sequence[BoxNode]) -> list[BoxNode]:
@@ -269,9 +219,8 @@ class BranchAndBound:
         for share in SHRINK_SHARES:
             unsettled = [k for k in range(len(nodes)) if k not in sides]
             parts = [nodes[k].shrink(share) for k in unsettled]
-            for k, result in zip(
-                unsettled, self.objective.bound_boxes(parts) if parts else [], strict=True
-            ):
+            results = self.objective.bound_boxes(parts) if parts else []
+            for k, result in zip(unsettled, results, strict=True):
                 if not isinstance(result, Unbounded) and result.looseness.any():
                     sides[k] = int(result.looseness.argmax())
         for k, node in enumerate(nodes):
@@ -291,11 +240,9 @@ def state_bound(bounds: ObjectiveBounds) -> float:
     computed.
     """
     bound = bounds.lower_bound
-    return (
-        bound - MARGIN * abs(bound) - SPARE * float(bounds.looseness.sum())
-        if np.isfinite(bound)
-        else bound
-    )
+    if not np.isfinite(bound):
+        return bound
+    return bound - MARGIN * abs(bound) - SPARE * float(bounds.looseness.sum())
 
 
 def find_rising(slopes: Ball) -> Flags:
@@ -326,38 +273,6 @@ class Incumbent:
     objective: float
     samples: int | None
     scope: str = "no design of the box"
-
-
-class _Clock:
-    """Report progress once for every full second."""
-
-    def __init__(self, reached: float, limit: float, listener: Listener | None) -> None:
-        self.reached, self.total, self.listener, self.next = (
-            reached,
-            max(1, math.ceil(limit)),
-            listener,
-            1,
-        )
-
-    def __call__(self, bound: float, boxes: int, spent: float) -> None:
-        for second in range(self.next, min(int(spent), self.total - 1) + 1):
-            self._tell(second, boxes, bound)
-        self.next = max(self.next, int(spent) + 1)
-
-    def end(self, result: BoundingResult) -> None:
-        self._tell(self.total, result.boxes, result.lower_bound)
-
-    def _tell(self, second: int, boxes: int, lower_bound: float) -> None:
-        if self.listener is not None:
-            self.listener(
-                Progress(
-                    "proof",
-                    "second",
-                    second,
-                    self.total,
-                    f"{boxes} boxes, gap {self.reached - lower_bound:.3g}",
-                )
-            )
 
 
 @dataclass(frozen=True)
@@ -392,16 +307,22 @@ def prove_bound(
     handed to `keep`.
     """
     search = BranchAndBound(objective, *box, root, clock)
-    evidence, reached, tick = (
-        None,
-        incumbent.objective,
-        _Clock(incumbent.objective, seconds, listener),
-    )
+    evidence, reached = None, incumbent.objective
+    limit, reported = max(1, math.ceil(seconds)), 0
 
-    def conclude(result: BoundingResult) -> Proof:
-        lower_bound = min(
-            result.lower_bound, reached
-        )  # all other designs may be excluded as worse or infeasible
+    def report(bound: float, boxes: int, spent: float, is_over: bool = False) -> None:
+        """Report progress once for every full second."""
+        nonlocal reported
+        last = limit if is_over else min(int(spent), limit - 1)
+        for second in range(limit if is_over else reported + 1, last + 1):
+            if listener is not None:
+                text = f"{boxes} boxes, gap {incumbent.objective - bound:.3g}"
+                listener(Progress("proof", "second", second, limit, text))
+        reported = max(reported, last)
+
+    def conclude(lower_bound: float, obstacle: str = "") -> Proof:
+        # all other designs may be excluded as worse or infeasible
+        lower_bound = min(lower_bound, reached)
         gap, is_bounded = reached - lower_bound, bool(np.isfinite(lower_bound))
         is_proved = bool(np.isfinite(gap)) and gap <= GOAL * abs(incumbent.objective)
         bound = GlobalBound(
@@ -411,38 +332,31 @@ def prove_bound(
             objective=incumbent.objective,
             lower_bound=lower_bound if is_bounded else None,
             gap=gap if is_bounded else None,
-            boxes=result.boxes,
-            seconds=result.seconds,
+            boxes=search.boxes,
+            seconds=search.seconds,
             proved=is_proved,
-            statement=_describe_bound(result, incumbent, gap, is_proved),
+            statement=_describe_bound(search, incumbent, gap, is_proved, obstacle),
         )
-        tree = result.root.prune(lower_bound) if is_proved else result.root
+        tree = search.root.prune(lower_bound) if is_proved else search.root
         return Proof(bound, incumbent, tree, None if evidence is None else reached, evidence)
 
     (bounds,) = objective.bound_boxes([(incumbent.x, incumbent.x)])
     if isinstance(bounds, Unbounded):
-        return conclude(
-            BoundingResult(objective.floor, np.inf, 1, 0.0, search.root, bounds.message)
-        )
+        search.boxes = 1
+        return conclude(objective.floor, bounds.message)
     if np.isfinite(bounds.reached):
         spare = MARGIN * abs(bounds.reached) + SPARE * (bounds.reached - bounds.lower_bound)
         reached, evidence = bounds.reached + spare, bounds.evidence
     begun = clock()
     try:
-        result = search.run(reached - GOAL * abs(incumbent.objective), seconds, tick)
+        bound = search.run(reached - GOAL * abs(incumbent.objective), seconds, report)
     except KeyboardInterrupt:
         if keep is not None:
-            bound = min(node.lower_bound for node in search.root.list_nodes() if not node.children)
-            keep(
-                conclude(
-                    BoundingResult(
-                        bound, float(search.met), search.boxes, clock() - begun, search.root
-                    )
-                )
-            )
+            search.seconds = clock() - begun
+            keep(conclude(search.weakest.lower_bound))
         raise
-    tick.end(result)
-    return conclude(result)
+    report(bound, search.boxes, search.seconds, is_over=True)
+    return conclude(bound, search.weakest.obstacle)
 
 
 def _round_up(gap: float) -> str:
@@ -451,24 +365,24 @@ def _round_up(gap: float) -> str:
 
 
 def _describe_bound(
-    result: BoundingResult, incumbent: Incumbent, gap: float, is_proved: bool
+    search: BranchAndBound, incumbent: Incumbent, gap: float, is_proved: bool, obstacle: str
 ) -> str:
     objective, samples = incumbent.objective, incumbent.samples
     over = "over the whole cycle" if samples is None else f"over {samples} samples"
     claim = (
         "proved"
         if is_proved
-        else f"not proved to {GOAL:g} of the objective in {result.seconds:.0f} CPU s"
+        else f"not proved to {GOAL:g} of the objective in {search.seconds:.0f} CPU s"
     )
-    if result.obstacle:
-        claim += f", because parts of the box have no bound ({result.obstacle})"
+    if obstacle:
+        claim += f", because parts of the box have no bound ({obstacle})"
     statement = (
         f"{incumbent.scope} is better than {objective:.9g} {over} by more than {_round_up(gap)}"
     )
     if not np.isfinite(gap):
         statement = f"nothing bounds the objective {objective:.9g} {over} from below"
-    if result.met < objective - GOAL * abs(objective) and not is_proved:
-        statement += f"; a design was met that is better: {result.met:.9g}"
+    if search.met < objective - GOAL * abs(objective) and not is_proved:
+        statement += f"; a design was met that is better: {search.met:.9g}"
     return f"{claim}: {statement}" + (
         "" if samples is None else "; of true extremes nothing is proved"
     )
@@ -482,14 +396,18 @@ The next round begins after all of them, so that more workers than this have no 
 
 
 class SharedObjective:
-    """An objective whose boxes are bounded by workers. Implements `BoxObjective`.
+    """An objective whose boxes are bounded by the workers of `means`; the bounds do not depend on
+    their number. Implements `BoxObjective`.
 
     Without explicit `means`, workers are started for what is left after `MIN_PARALLEL_S` in this
-    process.
+    process. `build` is picklable and returns the objective in a worker.
     """
 
-    def __init__(self, objective: BoxObjective, task: Task, means: Means) -> None:
-        self._objective, self._task, self._means = objective, task, means
+    def __init__(
+        self, objective: BoxObjective, build: Callable[[], BoxObjective], means: Means
+    ) -> None:
+        self._objective, self._means = objective, means
+        self._task = Task(prepare_boxes, {"build": build})
         self.batch, self.floor = JOBS_PER_ROUND * objective.batch, objective.floor
         self._begun, self._seconds = time.perf_counter(), 0.0
         self._jobs: Jobs | None = None
@@ -511,26 +429,13 @@ class SharedObjective:
         self._seconds += sum(seconds for _, seconds in answers)
         return [result for results, _ in answers for result in results]
 
-    def end(self) -> None:
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
         """End the workers."""
         if self._jobs is not None:
             self._jobs.__exit__()
-
-
-@contextmanager
-def share_boxes(
-    objective: BoxObjective, build: Callable[[], BoxObjective], means: Means
-) -> Iterator[SharedObjective]:
-    """Yield an objective whose boxes are bounded by the workers of `means`; the bounds do not
-    depend on their number.
-
-    `build` is picklable and returns the objective in a worker.
-    """
-    shared = SharedObjective(objective, Task(prepare_boxes, {"build": build}), means)
-    try:
-        yield shared
-    finally:
-        shared.end()
 
 
 TimedBounds = tuple[Sequence[ObjectiveBounds | Unbounded], float]

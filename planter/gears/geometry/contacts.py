@@ -56,7 +56,7 @@ class Contacts:
         pair = self.mesh.pair
         radius = np.hypot(*pair.gear.at(self.mesh.arc_lengths(self.faced.at)[0])[:2])
         arm = self.points - np.array([radius, np.zeros_like(radius)])
-        return np.asarray(np.hypot(*arm) * (1 + radius / (pair.distance - radius)))
+        return np.hypot(*arm) * (1 + radius / (pair.distance - radius))
 
     @property
     def lost_motion(self) -> Array:
@@ -110,7 +110,7 @@ class Contacts:
     @property
     def thinned(self) -> Array:
         """Flanks (2, n) by their arc lengths [m], thinned by each gear's share of the backlash."""
-        return np.asarray(self.faced.xi - self.faced.side * self.mesh.gears[0].rack.play / 4)
+        return self.faced.xi - self.faced.side * self.mesh.gears[0].rack.play / 4
 
     @cached_property
     def _touching(self) -> Array:
@@ -184,12 +184,12 @@ def _move_cut(cut: Cut, position: Array) -> Cut:
 
 
 def _dot(first: Array, second: Array) -> Array:
-    return np.asarray((first * second).sum(axis=0))
+    return (first * second).sum(axis=0)
 
 
 def cross_product(first: Array, second: Array) -> Array:
     """Return the cross product (...) of plane vectors (2, ...)."""
-    return np.asarray(first[0] * second[1] - first[1] * second[0])
+    return first[0] * second[1] - first[1] * second[0]
 
 
 _DISTANCE_STEP = 0.1
@@ -221,7 +221,7 @@ class WiderMesh:
     @property
     def contact_ratios(self) -> Array:
         """Contact ratio (n,) of each pair."""
-        return np.asarray((self.last[AT] - self.first[AT]) / self.mesh.pitch)
+        return (self.last[AT] - self.first[AT]) / self.mesh.pitch
 
     @property
     def touches(self) -> bool:
@@ -272,17 +272,13 @@ def move_apart(mesh: Mesh, more: float) -> WiderMesh | None:
 
 def _limit_contacts(mesh: Mesh, limits: tuple[Array, ...]) -> WiderMesh:
     """Return the part of each pair's rolling length on which the flanks of both gears exist."""
-    (low, high), (other_low, other_high) = (
-        (
-            np.where(first[AT] < second[AT], first, second),
-            np.where(first[AT] < second[AT], second, first),
-        )
-        for first, second in (limits[:2], limits[2:])
-    )
+    ends = np.reshape(limits, (2, 2, 4, -1))
+    order = np.argsort(ends[:, :, AT], axis=1)[:, :, None]
+    first, last = np.take_along_axis(ends, order, axis=1).swapaxes(0, 1)
     # both flanks must exist: the later beginning, and the earlier end
-    first = np.where(low[AT] > other_low[AT], low, other_low)
-    last = np.where(high[AT] < other_high[AT], high, other_high)
-    return WiderMesh(mesh, first, last)
+    begins, stops = np.argmax(first[:, AT], axis=0), np.argmin(last[:, AT], axis=0)
+    pair = np.arange(ends.shape[-1])
+    return WiderMesh(mesh, first[begins, :, pair].T, last[stops, :, pair].T)
 
 
 def _find_limits(mesh: Mesh, starts: tuple[Array, ...] | None) -> tuple[Array, ...]:
@@ -295,20 +291,12 @@ def _find_limits(mesh: Mesh, starts: tuple[Array, ...] | None) -> tuple[Array, .
         tip, end = (reach[pairs.numbers[k]] for reach in mesh.gears[k].reaches)
         for depth in (-tip, end):
             fixed = flanks[k] + pairs.side * depth
-            start = (
-                _start_at_pitch_point(mesh, k, fixed) if starts is None else starts[len(contacts)]
-            )
+            at = mesh.pair.senses[k] * fixed
+            # the first time from the pitch point
+            rest = np.array([*mesh.arc_lengths(at), np.zeros_like(at), at])
+            start = rest if starts is None else starts[len(contacts)]
             contacts.append(_solve_contacts(mesh, k, fixed, start))
     return tuple(contacts)
-
-
-def _start_at_pitch_point(mesh: Mesh, k: int, fixed: Array) -> Array:
-    """Return contacts (4, n) of all pairs in the pitch point, at arc lengths (n,) of one of the
-    gears.
-    """
-    at = mesh.pair.senses[k] * fixed
-    gear_arc, mate_arc = mesh.arc_lengths(at)
-    return np.array([gear_arc, mate_arc, np.zeros_like(at), at])
 
 
 def _solve_contacts(mesh: Mesh, k: int, fixed: Array, start: Array) -> Array:

@@ -12,7 +12,6 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Literal
 
 import numpy as np
 
@@ -28,14 +27,13 @@ from planter.numerics import extrema
 from planter.numerics.arrays import to_degrees
 from planter.numerics.extrema import ExtremePoint
 
-Process = Literal["hob", "shaper", "wire"]
-Keep = Literal["size", "module"]
-
 MIN_TEETH = 6
 MAX_TEETH = 1000
 """Largest number of teeth on a gear: every flank is solved, which takes some ten milliseconds per
 tooth.
 """
+CUTTER_TEETH = 12
+"""Tooth count of the pinion cutter with which a shaper cuts concave curves."""
 DEFAULT_MODULE = 2e-3
 """Module without an order of module or teeth [m]."""
 _INTEGER_TOLERANCE = 1e-9
@@ -45,25 +43,23 @@ _SCALE_TOLERANCE = 1e-12
 
 @dataclass(frozen=True)
 class ToothOrder:
-    """Tooth count of the gear, module [m], which of size and module to keep, rack in modules,
-    backlash [m], process.
+    """Tooth count of the gear, module [m], which of "size" and "module" to keep, pressure angle
+    [rad], rack in modules, backlash [m], process: "hob", "shaper" or "wire".
 
     The default of `keep` is the size if teeth are given without a module, else the module.
-    `cutter_teeth` is the tooth count of the pinion cutter with which a shaper cuts concave curves.
     """
 
     teeth: int | None = None
     module: float | None = None
-    keep: Keep | None = None
+    keep: str | None = None
     pressure_angle: float = np.pi / 9
     addendum: float = 1.0
     clearance: float = 0.25
     shift: float = 0.0
     play: float = 0.0
     tip_radius: float = 1.0
-    process: Process = "hob"
+    process: str = "hob"
     allow_undercut: bool = False
-    cutter_teeth: int = 12
 
     def rack(self, module: float) -> Rack:
         """Return the gear's rack; its mate's has the opposite profile shift."""
@@ -180,10 +176,10 @@ def check_curve(curve: PitchCurve, order: ToothOrder, tip: float, root: float, n
     if order.process == "hob":
         raise GeometryError(f"{finding}, which no hob can cut: the process must be shaper or wire")
     # the whole depth of the rack is that of the cutter in its own modules
-    cutter = order.cutter_teeth * (tip + root) / (2 * (2 * order.addendum + order.clearance))
+    cutter = CUTTER_TEETH * (tip + root) / (2 * (2 * order.addendum + order.clearance))
     if order.process == "shaper" and bow <= cutter:
         raise GeometryError(
-            f"{finding}, which a shaper's cutter of {order.cutter_teeth} teeth, "
+            f"{finding}, which a shaper's cutter of {CUTTER_TEETH} teeth, "
             f"{cutter * 1e3:.4g} mm in pitch "
             f"radius, cannot cut: the process must be wire"
         )
@@ -368,14 +364,14 @@ def cut_teeth(pair: CurvePair, order: ToothOrder, name: str, gears: tuple[str, s
     size = size_pair(pair, order, name)
     check_rack(order, size.module, name)
     racks = order.rack(size.module), order.rack(size.module).mate()
-    cut_gears = []
+    toothed = []
     for k, (curve, rack) in enumerate(zip(size.pair.curves, racks, strict=True)):
         check_curve(curve, order, rack.sizes["tip"], rack.sizes["root"], gears[k])
         phase = 0.0 if k == 0 else rack.pitch / 2
         gear = Gear(gears[k], Flanks(curve, rack, size.teeth[k], phase))
         check_gear(gear, order)
-        cut_gears.append(gear)
-    mesh = Mesh(size.pair, cut_gears[0], cut_gears[1])
+        toothed.append(gear)
+    mesh = Mesh(size.pair, toothed[0], toothed[1])
     check_mesh(mesh, name)
     return ToothedPair(name, order, size, mesh)
 

@@ -117,7 +117,7 @@ class Flanks:
     @cached_property
     def centre(self) -> Array:
         """Arc lengths of the teeth's centres."""
-        return np.asarray(self.phase + self.rack.pitch * self.tooth)
+        return self.phase + self.rack.pitch * self.tooth.astype(float)
 
     @cached_property
     def xi(self) -> Array:
@@ -163,9 +163,14 @@ class Flanks:
             )
         )
 
-    def root(self, s: Array, index: Integers, towards: Array | None = None) -> Cut:
-        """Return the root line at arc lengths (n,) [m], which is the same for all flanks."""
-        return self.equidistant(s, -self.rack.sizes["root"], towards)
+    def cut(self, kind: str, s: Array, index: Integers, towards: Array | None = None) -> Cut:
+        """Return pieces (n,) of a kind, by the numbers of their flanks, at arc lengths (n,) [m];
+        tip and root are the same for all flanks.
+        """
+        if kind in ("tip", "root"):
+            height = self.rack.sizes[kind] * (1 if kind == "tip" else -1)
+            return self.equidistant(s, height, towards)
+        return (self.flank if kind == "flank" else self.fillet)(s, index, towards)
 
     def equidistant(self, s: Array, height: float, towards: Array | None = None) -> Cut:
         """Return the line at a height [m] over the pitch curve."""
@@ -444,8 +449,8 @@ def _find_crossing(
     for number, lower_line in enumerate(candidates_below):
         other_arcs = lower_line.upper + (lower_line.lower - lower_line.upper) * _GRADED_SHARES
         chords = _find_chords(
-            _select_cut(flanks, line)(arcs, index).points,
-            _select_cut(flanks, lower_line)(other_arcs, index).points,
+            flanks.cut(line.kind, arcs, index).points,
+            flanks.cut(lower_line.kind, other_arcs, index).points,
         )
         if chords is not None:
             k, i = chords
@@ -458,18 +463,14 @@ def _find_crossing(
     _, number, start = min(candidates, key=lambda candidate: candidate[:2])
 
     def gap(at: Array) -> tuple[Array, Array]:
-        a = _select_cut(flanks, line)(at[0], index[:1])
-        b = _select_cut(flanks, candidates_below[number])(at[1], index[:1])
+        a = flanks.cut(line.kind, at[0], index[:1])
+        b = flanks.cut(candidates_below[number].kind, at[1], index[:1])
         return a.points - b.points, np.stack([a.rate * a.tangents, -b.rate * b.tangents], axis=1)
 
     # at a reversal both lines are parallel, and Newton's method stalls before a fixed tolerance
-    rounding = _ROUNDING * np.abs(_select_cut(flanks, line)(start[:1], index[:1]).points).max()
+    rounding = _ROUNDING * np.abs(flanks.cut(line.kind, start[:1], index[:1]).points).max()
     at = roots.solve_systems(gap, start[:, None], np.full(2, flanks.rack.module / 20), rounding)
     return number, float(at[0, 0]), float(at[1, 0])
-
-
-def _select_cut(flanks: Flanks, line: FlankLine) -> Callable[[Array, Integers], Cut]:
-    return {"flank": flanks.flank, "fillet": flanks.fillet, "root": flanks.root}[line.kind]
 
 
 def _find_chords(line: Array, other: Array) -> tuple[int, int] | None:
@@ -489,5 +490,4 @@ def _find_chords(line: Array, other: Array) -> tuple[int, int] | None:
 
 def _double_area(a: Array, b: Array, c: Array) -> Array:
     """Return twice the area of the triangle a, b, c."""
-    area: Array = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
-    return area
+    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])

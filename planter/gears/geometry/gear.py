@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Literal, Protocol
 
 import numpy as np
 
@@ -18,44 +17,12 @@ from planter.gears.geometry.flanks import (
     build_flank_lines,
     split_at_breakpoints,
 )
+from planter.gears.geometry.pieces import Piece
 from planter.gears.geometry.pitch_curves import PitchCurve
 from planter.kernels import Array, Flags, Integers
 from planter.numerics import extrema, piecewise
-from planter.numerics.arrays import LastCallCache
 
-Kind = Literal["tip", "flank", "fillet", "root", "wall", "convex arc", "concave arc", "topping"]
-"""Kinds of pieces; the last four occur on incomplete gears only."""
-
-
-class OutlinePiece(Protocol):
-    """A smooth piece of an outline by a parameter s that runs from 0 to 1 in the outline's
-    direction, anticlockwise.
-
-    `tooth` is the number of the tooth; a root has that of the tooth before it. `side` is +1 on the
-    flank that ends a tooth in the outline's direction and on its fillet, -1 on the one that begins
-    it, 0 for tip and root.
-    """
-
-    @property
-    def kind(self) -> Kind: ...
-
-    @property
-    def tooth(self) -> int: ...
-
-    @property
-    def side(self) -> int: ...
-
-    def at(self, s: Array) -> Array:
-        """Return points (n, 2) [m]."""
-
-    def tangent(self, s: Array) -> Array:
-        """Return unit tangents (n, 2) in the outline's direction."""
-
-    def curvature(self, s: Array) -> Array:
-        """Return signed curvature (n,) [1/m], positive where the outline bends to the left."""
-
-
-KINDS: tuple[Kind, ...] = ("fillet", "flank", "tip", "root")
+KINDS = ("fillet", "flank", "tip", "root")
 
 
 @dataclass(frozen=True)
@@ -106,54 +73,6 @@ _NODES = 24
 """Nodes of a quadrature along a piece."""
 _SAMPLES = 17
 """Points of a piece from which the point nearest to the axis is searched."""
-
-
-@dataclass(frozen=True)
-class GearPiece:
-    """An exact piece of an outline, s from 0 to 1 (`outline.Piece`)."""
-
-    gear: Gear
-    number: int
-
-    @cached_property
-    def _pieces(self) -> OutlinePieces:
-        return self.gear.pieces.select(np.array([self.number]))
-
-    @cached_property
-    def _cut(self) -> LastCallCache[Cut]:
-        """Evaluation at shares (n,), cached because points and tangents are often requested in
-        turn.
-        """
-        return LastCallCache(
-            lambda s: self.gear.cut(self._pieces.select(np.zeros(len(s), dtype=int)), s)
-        )
-
-    @property
-    def kind(self) -> Kind:
-        return KINDS[self._pieces.kind[0]]
-
-    @property
-    def tooth(self) -> int:
-        return int(self._pieces.tooth[0])
-
-    @property
-    def side(self) -> int:
-        return int(self._pieces.side[0])
-
-    def at(self, s: Array) -> Array:
-        """Return points (n, 2) [m] at parameters (n,)."""
-        return self._cut(s).points.T
-
-    def tangent(self, s: Array) -> Array:
-        """Return unit tangents (n, 2) at parameters (n,)."""
-        return self._cut(s).tangents.T
-
-    def curvature(self, s: Array) -> Array:
-        """Return signed curvature (n,) [1/m] at parameters (n,), positive where the curve bends to
-        the left.
-        """
-        cut = self._cut(s)
-        return np.asarray(cut.turning / cut.rate)
 
 
 @dataclass(frozen=True)
@@ -218,23 +137,34 @@ class Gear:
             past = 0.0 if tooth + 1 < z else self.curve.length
             yield ROOT, -1, tooth, 0, root.upper, self.paths[(tooth + 1) % z][-1].upper + past
 
-    def outline(self) -> list[OutlinePiece]:
+    def outline(self) -> list[Piece]:
         """Return the pieces of the outline in order, each beginning where the last one ends."""
-        return [GearPiece(self, number) for number in range(len(self.pieces.kind))]
+        return [self.piece(number) for number in range(len(self.pieces.kind))]
 
-    def pitch_points(self, share: Array) -> Array:
-        """Return points (n, 2) [m] of the pitch curve at shares (n,) of its length."""
-        return self.curve.places(share)
+    def piece(self, number: int) -> Piece:
+        """Return a piece of the outline by its number."""
+        rows = self.pieces.select(np.array([number]))
+
+        def evaluate(s: Array) -> Array:
+            cut = self.cut(rows.select(np.zeros(len(s), dtype=int)), s)
+            return np.vstack([cut.points, cut.tangents, cut.turning / cut.rate])
+
+        return Piece(KINDS[rows.kind[0]], evaluate, int(rows.tooth[0]), int(rows.side[0]))
+
+    @property
+    def pitch_line(self) -> Piece:
+        return self.curve.part(0.0, self.curve.length)
 
     def cut(self, pieces: OutlinePieces, share: Array) -> Cut:
         """Return pieces (n,) evaluated at shares (n,)."""
         s = pieces.start + share * (pieces.end - pieces.start)
         cut = Cut(np.empty((2, len(s))), np.empty((2, len(s))), np.empty(len(s)), np.empty(len(s)))
         # all pieces of a kind in one call, which costs more than its points
-        for kind, evaluate in enumerate(self._cutting):
-            index = np.flatnonzero(pieces.kind == kind)
+        for number, kind in enumerate(KINDS):
+            index = np.flatnonzero(pieces.kind == number)
             if len(index):
-                values = evaluate(s[index], pieces.flank[index], pieces.middle[index])
+                flank, towards = pieces.flank[index], pieces.middle[index]
+                values = self.flanks.cut(kind, s[index], flank, towards)
                 for rows, source in zip(vars(cut).values(), vars(values).values(), strict=True):
                     rows[..., index] = source
         return cut
@@ -250,12 +180,6 @@ class Gear:
         return Cut(
             *(rows.reshape(*rows.shape[:-1], count, len(shares)) for rows in vars(cut).values())
         )
-
-    @property
-    def _cutting(self) -> tuple[Callable[[Array, Integers, Array], Cut], ...]:
-        """Functions that evaluate each of KINDS."""
-        f, height = self.flanks, self.rack.sizes["tip"]
-        return (f.fillet, f.flank, lambda s, _, towards: f.equidistant(s, height, towards), f.root)
 
     @cached_property
     def _quadrature(self) -> tuple[Cut, Array]:
@@ -280,8 +204,7 @@ class Gear:
         """Arc length (z,) of each tooth's tip [m]."""
         lengths = self._quadrature[1].sum(axis=1)
         tips = self.pieces.kind == TIP
-        lands: Array = np.bincount(self.pieces.tooth[tips], lengths[tips], self.z).astype(float)
-        return lands
+        return np.bincount(self.pieces.tooth[tips], lengths[tips], self.z).astype(float)
 
     @property
     def root_radius(self) -> float:
@@ -289,5 +212,5 @@ class Gear:
         shares = np.linspace(0, 1, _SAMPLES)
         distances = np.hypot(*self.sampled(shares).points)
         # the samples only choose the piece; its minimum is searched
-        nearest = GearPiece(self, int(np.argmin(distances.min(axis=1))))
+        nearest = self.piece(int(np.argmin(distances.min(axis=1))))
         return extrema.find_minimum(lambda s: np.hypot(*nearest.at(s).T), shares).value

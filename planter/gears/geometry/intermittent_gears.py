@@ -16,7 +16,7 @@ that none covers is undriven.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -32,23 +32,18 @@ from planter.gears.geometry.cutting import (
     check_rack,
 )
 from planter.gears.geometry.flanks import Flanks, Rack
-from planter.gears.geometry.gear import (
-    ROOT,
-    TIP,
-    Gear,
-    OutlinePiece,
-)
+from planter.gears.geometry.gear import ROOT, TIP, Gear
 from planter.gears.geometry.locking_arcs import Horn, Rolling, compute_arc_radius, compute_horn
-from planter.gears.geometry.pitch_curves import KAPPA, RACK, PitchCurve
-from planter.gears.geometry.trimming import (
-    CircularArc,
-    PitchLine,
+from planter.gears.geometry.pieces import (
+    Piece,
     Region,
-    StraightWall,
     TrimmingCircle,
+    build_arc,
+    build_wall,
     start_outside,
     trim_line,
 )
+from planter.gears.geometry.pitch_curves import KAPPA, RACK, PitchCurve
 from planter.kernels import Array, Flags
 from planter.numerics.arrays import TURN
 
@@ -60,6 +55,7 @@ _FAR = 3
 """Range of these positions from the dwell, in pitches."""
 _DRIVES = -1.0
 """Side of the driving gear's flanks that drive."""
+AXIS = np.zeros(2)
 _COUNT_ROUNDING = 1e-9
 """Share of a pitch by which rounding may change a tooth count."""
 
@@ -88,7 +84,7 @@ def find_best_phase(rolling: Rolling, rack: Rack, radius: float, clearance: floa
     Driven gears have their first and last space next to their horns. Raises GeometryError if no
     tooth fits.
     """
-    ends = [_DwellEnd.build(rolling, rack, radius, clearance, end) for end in (0, 1)]
+    ends = [_DwellEnd(rolling, rack, radius, clearance, end) for end in (0, 1)]
     after, before = (end.undriven for end in ends)
     number = np.arange(_PHASES)
     # flanks are a pitch apart, so that the phase at one end gives that at the other
@@ -113,35 +109,21 @@ def find_best_phase(rolling: Rolling, rack: Rack, radius: float, clearance: floa
     )
 
 
-@dataclass(frozen=True)
 class _DwellEnd:
     """An end of the rolling, 0 at its start, with its horn, and the circles of the arcs and of the
     horn's tips.
     """
 
-    rolling: Rolling
-    rack: Rack
-    end: int
-    horn: Horn
-    inside: TrimmingCircle
-    gone_by: TrimmingCircle
-    cut: TrimmingCircle
-
-    @classmethod
-    def build(
-        cls, rolling: Rolling, rack: Rack, radius: float, clearance: float, end: int
-    ) -> _DwellEnd:
-        sizes = rack.mate().sizes
-        horn = compute_horn(rolling, end, radius + clearance, sizes["tip"], sizes["root"])
-        return cls(
-            rolling,
-            rack,
-            end,
-            horn,
-            TrimmingCircle(np.zeros(2), radius, "topping", inside=False),
-            TrimmingCircle(rolling.driven_axis(end), horn.tips + clearance, "topping"),
-            TrimmingCircle(rolling.driving_axis, radius + clearance, "concave arc"),
-        )
+    def __init__(
+        self, rolling: Rolling, rack: Rack, radius: float, clearance: float, end: int
+    ) -> None:
+        self.rolling, self.rack, self.end, sizes = rolling, rack, end, rack.mate().sizes
+        outer = radius + clearance
+        self.horn = compute_horn(rolling, end, outer, sizes["tip"], sizes["root"])
+        self._inside = TrimmingCircle(AXIS, radius, "topping", inside=False)
+        reach = self.horn.tips + clearance
+        self._gone_by = TrimmingCircle(rolling.driven_axis(end), reach, "topping")
+        self._cut = TrimmingCircle(rolling.driving_axis, outer, "concave arc")
 
     @property
     def margin(self) -> float:
@@ -179,7 +161,7 @@ class _DwellEnd:
         undriven: Flags = np.logical_not(drives.reshape(len(sigma), -1, _PHASES).any(axis=1))
         last = len(sigma) - 1 - np.argmax(undriven[::-1], axis=0)
         turned = self.rolling.places(self._measure_from_end(sigma))[0][0]
-        return np.asarray(np.where(undriven.any(axis=0), np.abs(turned - turned[0])[last], 0.0))
+        return np.where(undriven.any(axis=0), np.abs(turned - turned[0])[last], 0.0)
 
     def _remain_on_gears(self, sigma: Array, x: Array) -> Flags:
         """Return whether points of contact (n,) remain on both gears."""
@@ -193,10 +175,9 @@ class _DwellEnd:
             place - at <= _compute_reach(mate.curve, seen, self.rack.mate())
         )
         untopped = (
-            np.maximum(self.inside.beyond(gear_points), self.gone_by.beyond(gear_points)) >= 0
+            np.maximum(self._inside.beyond(gear_points), self._gone_by.beyond(gear_points)) >= 0
         )
-        remains: Flags = below_tips & untopped & (self.cut.beyond(mate_points) >= 0)
-        return remains
+        return below_tips & untopped & (self._cut.beyond(mate_points) >= 0)
 
     def _measure_from_end(self, distance: Array) -> Array:
         """Return rolling lengths (n,) [m] at distances (n,) [m] from the end."""
@@ -211,7 +192,6 @@ def _compute_reach(curve: PitchCurve, s: Array, rack: Rack) -> Array:
     return RACK("reach", kappa=kappa, height=rack.sizes["tip"], alpha=rack.pressure_angle)["reach"]
 
 
-AXIS = np.zeros(2)
 _CLOSURE_TOLERANCE = 1e-9
 """Largest deviation of the driven gear from its initial position after a turn [rad]."""
 
@@ -271,14 +251,14 @@ def build_intermittent_pair(
         check_curve(row.curve, order, sizes["tip"], sizes["root"], row.name)
         check_gear(row, order)
     cut = Region((TrimmingCircle(rolling.driving_axis, radius + clearance, "concave arc"),))
-    mate = _build_driven_gear(rows[1], rolling, cut)
+    mate = _trim_driven_gear(rows[1], cut)
     first, last = (
         _find_truncation(rolling, mate, end, radius, rack.sizes["tip"], clearance) for end in (0, 1)
     )
     return IntermittentPair(
         rolling,
         phase,
-        _build_driving_gear(rows[0], rolling, radius, (first, last)),
+        _trim_driving_gear(rows[0], rolling, radius, (first, last)),
         mate,
         radius,
         clearance,
@@ -289,51 +269,36 @@ def build_intermittent_pair(
 
 def _build_rows(
     rolling: Rolling, rack: Rack, phase: ToothPhase, names: tuple[str, str]
-) -> tuple[ToothRow, ToothRow]:
+) -> tuple[IncompleteGear, IncompleteGear]:
     """Build the teeth of both gears; those of the driven gear lie in the spaces of the driving gear
     and at its ends.
     """
-    gear_range, mate_range = (
-        (start, start + rolling.length) for start in (rolling.lead, rolling.behind)
-    )
     last = rolling.length - phase.first - (phase.teeth - 0.5) * rack.pitch
-    gear, mate = rolling.pair.curves
+    curves, lead, behind = rolling.pair.curves, rolling.lead, rolling.behind
+    gear = Flanks(curves[0], rack, phase.teeth, lead + phase.first)
+    mate = Flanks(curves[1], rack.mate(), phase.teeth + 1, behind + last)
     return (
-        ToothRow(
-            names[0], Flanks(gear, rack, phase.teeth, gear_range[0] + phase.first), *gear_range
-        ),
-        ToothRow(
-            names[1],
-            Flanks(mate, rack.mate(), phase.teeth + 1, mate_range[0] + last),
-            *mate_range,
-            tipped=True,
-        ),
+        IncompleteGear(names[0], gear, lead, lead + rolling.length),
+        IncompleteGear(names[1], mate, behind, behind + rolling.length, tipped=True),
     )
 
 
-def _build_driven_gear(row: ToothRow, rolling: Rolling, cut: Region) -> IncompleteGear:
+def _trim_driven_gear(row: IncompleteGear, cut: Region) -> IncompleteGear:
     line = row.outline()
-    closing = StraightWall(row.z - 1, line[-1].at(np.ones(1))[0], line[0].at(np.zeros(1))[0])
-    pieces = trim_line(start_outside([*line, closing], cut), cut)
-    return IncompleteGear(
-        row, tuple(pieces), PitchLine(row.curve, rolling.behind, rolling.behind + rolling.length)
-    )
+    closing = build_wall(row.z - 1, line[-1].end, line[0].start)
+    return replace(row, trimmed=tuple(trim_line(start_outside([*line, closing], cut), cut)))
 
 
-def _build_driving_gear(
-    row: ToothRow, rolling: Rolling, radius: float, truncated: tuple[Region, Region]
+def _trim_driving_gear(
+    row: IncompleteGear, rolling: Rolling, radius: float, truncated: tuple[Region, Region]
 ) -> IncompleteGear:
     line = row.outline()
     for region in truncated:
         line = trim_line(line, region)
-    arc = CircularArc("convex arc", row.z - 1, AXIS, radius, rolling.over[1], rolling.dwell)
-    down = StraightWall(row.z - 1, line[-1].at(np.ones(1))[0], arc.at(np.zeros(1))[0])
-    up = StraightWall(0, arc.at(np.ones(1))[0], line[0].at(np.zeros(1))[0])
-    return IncompleteGear(
-        row,
-        (*line, down, arc, up),
-        PitchLine(row.curve, rolling.lead, rolling.lead + rolling.length),
-    )
+    arc = build_arc("convex arc", row.z - 1, AXIS, radius, rolling.over[1], rolling.dwell)
+    down = build_wall(row.z - 1, line[-1].end, arc.start)
+    up = build_wall(0, arc.end, line[0].start)
+    return replace(row, trimmed=(*line, down, arc, up))
 
 
 def _find_truncation(
@@ -365,83 +330,50 @@ _SAMPLES = 17
 
 
 @dataclass(frozen=True)
-class ToothRow(Gear):
+class IncompleteGear(Gear):
     """Teeth in a row along part of a pitch curve that does not close, between two of its arc
-    lengths [m].
+    lengths [m], and the pieces of the outline that is left of them, if they are trimmed.
 
-    Beyond them the outline is root or, if `tipped`, tip, which extends the first and the last
-    tooth.
+    Beyond the row the outline is root or, if `tipped`, tip, which extends the first and the last
+    tooth. Pieces, margins and top lands are those that the rack cuts.
     """
 
     low: float = 0.0
     high: float = 0.0
     tipped: bool = False
+    trimmed: tuple[Piece, ...] = ()
 
     def _arrange(self, rows: Array) -> Array:
         """Return the rows of the teeth and of what the outline has beyond them."""
-        inner = rows[:-1]
-        return self._between_tips(inner) if self.tipped else self._between_roots(inner)
-
-    def _between_roots(self, inner: Array) -> Array:
-        last = 2 * self.z - 1
-        before = [ROOT, -1, 0, 0, self.low, self.paths[0][-1].upper]
-        after = [ROOT, -1, self.z - 1, 0, self.paths[last][-1].upper, self.high]
-        return np.vstack([before, inner, after])
-
-    def _between_tips(self, inner: Array) -> Array:
+        inner, last = rows[:-1], 2 * self.z - 1
+        if not self.tipped:
+            before = [ROOT, -1, 0, 0, self.low, self.paths[0][-1].upper]
+            after = [ROOT, -1, self.z - 1, 0, self.paths[last][-1].upper, self.high]
+            return np.vstack([before, inner, after])
         tips = np.flatnonzero(inner[:, 0] == TIP)
-        rows = inner[tips[0] : tips[-1] + 1].copy()
-        rows[0, 4], rows[-1, 5] = self.low, self.high
-        return rows
+        inner = inner[tips[0] : tips[-1] + 1].copy()
+        inner[0, 4], inner[-1, 5] = self.low, self.high
+        return inner
 
-
-@dataclass(frozen=True)
-class IncompleteGear:
-    """An incomplete gear: its teeth as the rack cuts them, all pieces of its outline, and the
-    rolling pitch line.
-
-    Its frame is that of its axis, anticlockwise.
-    """
-
-    row: ToothRow
-    pieces: tuple[OutlinePiece, ...]
-    pitch_line: PitchLine
-
-    @property
-    def name(self) -> str:
-        return self.row.name
-
-    @property
-    def z(self) -> int:
-        return self.row.z
-
-    @property
-    def rack(self) -> Rack:
-        return self.row.rack
-
-    @property
-    def curve(self) -> PitchCurve:
-        return self.row.curve
-
-    def outline(self) -> list[OutlinePiece]:
+    def outline(self) -> list[Piece]:
         """Return the pieces of the outline in order."""
-        return list(self.pieces)
+        return list(self.trimmed) or super().outline()
 
-    def pitch_points(self, share: Array) -> Array:
-        """Return points (n, 2) [m] of the rolling pitch line at shares (n,) of it."""
-        return self.pitch_line.at(share)
+    @property
+    def pitch_line(self) -> Piece:
+        """The part of the pitch curve that rolls."""
+        return self.curve.part(self.low, self.high)
 
     @cached_property
     def points(self) -> Array:
         """Vertices (n, 2) [m] of the outline, in its order."""
-        return np.vstack(
-            [piece.at(_chord_shares(piece, self._sagitta)[:-1]) for piece in self.pieces]
-        )
+        vertices = (piece.at(_chord_shares(piece, self._sagitta)[:-1]) for piece in self.outline())
+        return np.vstack(list(vertices))
 
     @cached_property
     def inside(self) -> Array:
         """Vertices (n, 2) [m] of an inscribed polygon: chords, and tangents on concave pieces."""
-        return np.vstack([_inner_polygon(piece, self._sagitta) for piece in self.pieces])
+        return np.vstack([_inner_polygon(piece, self._sagitta) for piece in self.outline()])
 
     @property
     def _sagitta(self) -> float:
@@ -451,12 +383,12 @@ class IncompleteGear:
     @property
     def joins(self) -> float:
         """Largest gap between the end of a piece and the start of the next [m]."""
-        ends = np.vstack([piece.at(np.ones(1)) for piece in self.pieces])
-        starts = np.vstack([piece.at(np.zeros(1)) for piece in self.pieces])
+        ends = np.array([piece.end for piece in self.outline()])
+        starts = np.array([piece.start for piece in self.outline()])
         return float(np.hypot(*(ends - np.roll(starts, -1, axis=0)).T).max())
 
 
-def _chord_shares(piece: OutlinePiece, sagitta: float) -> Array:
+def _chord_shares(piece: Piece, sagitta: float) -> Array:
     """Return the parameters (n + 1,) of chords of a piece within a deviation [m]."""
     shares = np.linspace(0, 1, _SAMPLES)
     length = float(np.hypot(*np.diff(piece.at(shares), axis=0).T).sum())
@@ -464,7 +396,7 @@ def _chord_shares(piece: OutlinePiece, sagitta: float) -> Array:
     return np.linspace(0, 1, 1 + max(1, int(np.ceil(chords))))
 
 
-def _inner_polygon(piece: OutlinePiece, sagitta: float) -> Array:
+def _inner_polygon(piece: Piece, sagitta: float) -> Array:
     """Return a piece without its end point as chords or, if concave, as tangents at the ends of the
     chords.
     """
@@ -477,6 +409,4 @@ def _inner_polygon(piece: OutlinePiece, sagitta: float) -> Array:
         tangents[concave + 1],
     )
     reach = cross_product(chord.T, end.T) / cross_product(start.T, end.T)
-    return np.asarray(
-        np.insert(points[:-1], concave + 1, points[concave] + reach[:, None] * start, axis=0)
-    )
+    return np.insert(points[:-1], concave + 1, points[concave] + reach[:, None] * start, axis=0)

@@ -89,10 +89,7 @@ class IncompleteGearCycle:
         distance = self.gears.rolling.pair.distance
         high = _WINDOW * distance
         outlines = np.repeat(shapely.Polygon(self.gears.gears[k].inside), positions.shape[1])
-        clipped: Shapes = shapely.clip_by_rect(
-            move_shapes(outlines, positions), 0, -high, distance, high
-        )
-        return clipped
+        return shapely.clip_by_rect(move_shapes(outlines, positions), 0, -high, distance, high)
 
     @cached_property
     def mesh(self) -> RowMesh:
@@ -184,14 +181,13 @@ class IncompleteGearCycle:
         )
 
         def blocked(turn: Array) -> Flags:
-            blocked_now: Flags = (
+            return (
                 intersect_areas(
                     gear_shapes,
                     move_shapes(mate_shapes, np.array([sense * turn, still + distance, still])),
                 )
                 > seen
             )
-            return blocked_now
 
         low, high = still, still + FREE_ANGLE
         # upwards in doublings: beyond the first obstacle the outlines may part again
@@ -219,7 +215,7 @@ class RowMesh(Mesh):
     @classmethod
     def from_pair(cls, pair: IntermittentPair) -> RowMesh:
         """Return the mesh of the rows of teeth."""
-        return cls(pair.rolling.pair, pair.gear.row, pair.mate.row, pair)
+        return cls(pair.rolling.pair, pair.gear, pair.mate, pair)
 
     def places(self, at: Array) -> tuple[Array, Array]:
         """Return angle [rad] and axis [m] (3, n) of both gears at rolling lengths (n,) [m]."""
@@ -238,10 +234,9 @@ class RowMesh(Mesh):
         """
         z = self.gears[0].z
         tooth = np.tile(np.arange(z), len(at))
-        touching: Flags = self._remain_on_gears(
-            np.repeat(at, z), tooth, np.full(len(tooth), side)
-        ).reshape(-1, z)
-        return touching
+        return self._remain_on_gears(np.repeat(at, z), tooth, np.full(len(tooth), side)).reshape(
+            -1, z
+        )
 
     def facing(self, at: Array) -> FacingFlanks:
         """Return the flanks that touch at rolling lengths (n,), on both sides."""
@@ -268,7 +263,7 @@ class RowMesh(Mesh):
         )
         inside_range = np.minimum(begins, ends) >= 0
         inside_range &= np.maximum(begins, ends) <= self.gears_pair.rolling.length
-        return np.asarray(((above + below) / self.pitch)[complete & inside_range])
+        return ((above + below) / self.pitch)[complete & inside_range]
 
     def pressure_angles(self, at: Array) -> Array:
         """Return pressure angles (2, n) [rad] of both sides of the teeth in the pitch point at
@@ -303,11 +298,10 @@ class RowMesh(Mesh):
         untopped = np.all(
             [region.beyond(point) >= 0 for region in self.gears_pair.truncations], axis=0
         )
-        remains: Flags = present & untopped & (self.gears_pair.cut.beyond(back) >= 0)
-        return remains
+        return present & untopped & (self.gears_pair.cut.beyond(back) >= 0)
 
 
 def _are_cut(row: Gear, place: Array, number: Integers) -> Flags:
     """Return whether arc lengths (n,) lie between the tips and the ends of flanks (n,)."""
     tips, ends = row.flanks.tips[0][number], np.array([path[0].lower for path in row.paths])[number]
-    return np.asarray((place >= np.minimum(tips, ends)) & (place <= np.maximum(tips, ends)))
+    return (place >= np.minimum(tips, ends)) & (place <= np.maximum(tips, ends))

@@ -8,7 +8,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
-from typing import Protocol
 
 import numpy as np
 import scipy
@@ -40,32 +39,7 @@ _EDGE_SAMPLES = 9
 """Points next to a horn's edge at which the tips are checked."""
 
 
-class RollingCurves(Protocol):
-    """Protocol of pitch curves that roll and then dwell (`Rolling`)."""
-
-    @property
-    def distance(self) -> float:
-        """Distance of the axes [m]."""
-
-    @property
-    def ends(self) -> tuple[float, float]:
-        """Pitch radii of the driving gear where its teeth begin and end [m]."""
-
-    @property
-    def length(self) -> float:
-        """Rolling length [m]."""
-
-    @property
-    def driving_axis(self) -> Array:
-        """The driving gear's axis in the driven gear's frame in the dwell (2,) [m]."""
-
-    def place_near_end(self, end: int, at: float) -> Array:
-        """Return the driven gear's pitch curve (5, 1), in the form of `rack_teeth`, at a distance
-        [m] from an end.
-        """
-
-
-def compute_arc_radius(rolling: RollingCurves, addendum: float) -> float:
+def compute_arc_radius(rolling: Rolling, addendum: float) -> float:
     """Return the radius [m] of arcs that lock the driven gear, with an addendum [m], in both
     directions.
 
@@ -93,7 +67,7 @@ class Horn:
 
 
 def compute_horn(
-    rolling: RollingCurves, end: int, radius: float, addendum: float, dedendum: float
+    rolling: Rolling, end: int, radius: float, addendum: float, dedendum: float
 ) -> Horn:
     """Return the horn of arcs of a radius at the end 0 or 1 of the rolling.
 
@@ -108,9 +82,7 @@ def compute_horn(
     return Horn(tips.reach(radius), max(distances), 0.0 if roots.holds(radius) else tips.holding)
 
 
-def compute_horn_reaches(
-    rolling: RollingCurves, radius: float, addendum: float
-) -> tuple[float, float]:
+def compute_horn_reaches(rolling: Rolling, radius: float, addendum: float) -> tuple[float, float]:
     """Return the angles [rad] of the horns at the driving axis, after and before the dwell.
 
     Raises GeometryError.
@@ -123,7 +95,7 @@ def compute_horn_reaches(
 class _OffsetLine:
     """The line at a height over the driven gear's pitch curve [m] in the dwell, from an end on."""
 
-    rolling: RollingCurves
+    rolling: Rolling
     end: int
     height: float
 
@@ -149,7 +121,9 @@ class _OffsetLine:
     def reach(self, radius: float) -> float:
         """Return the angle at the driving axis from the line of centres to that edge [rad]."""
         tips = self.seen(self.edge(radius))[1]
-        return ARCS.at("horn", distance=self.rolling.distance, radius=radius, tips=tips)["reach"]
+        return ARCS.at("horn", distance=self.rolling.pair.distance, radius=radius, tips=tips)[
+            "reach"
+        ]
 
     def holds(self, radius: float) -> bool:
         """Return whether arcs of a radius up to the line lock."""
@@ -173,7 +147,7 @@ class _OffsetLine:
         """
         return (
             radius
-            - ARCS.at("least", distance=self.rolling.distance, tips=tips, friction=FRICTION)[
+            - ARCS.at("least", distance=self.rolling.pair.distance, tips=tips, friction=FRICTION)[
                 "radius"
             ]
         )
@@ -298,11 +272,6 @@ class Rolling:
         """The gear's axis in its mate's frame in the dwell (2,) [m]."""
         return _project_axis(self.pair.mate, self.behind, self.pair.distance)
 
-    @property
-    def distance(self) -> float:
-        """Distance of the axes [m]."""
-        return self.pair.distance
-
     def place_near_end(self, end: int, at: float) -> Array:
         """Return the mate's pitch curve (5, 1), in the form of `rack_teeth`, at a distance [m] from
         an end.
@@ -321,4 +290,4 @@ def _project_axis(curve: PitchCurve, at: float, distance: float) -> Array:
     point's radius.
     """
     place = curve.at(np.array([at]))[[X, Y], 0]
-    return np.asarray(distance * place / np.hypot(*place))
+    return distance * place / np.hypot(*place)

@@ -81,7 +81,7 @@ class Mesh:
         the pair's sense.
         """
         sense = self.pair.sense
-        return np.asarray(sense * self.gear.curve.arc(sense * polar))
+        return sense * self.gear.curve.arc(sense * polar)
 
     def arc_lengths(self, at: Array) -> tuple[Array, Array]:
         """Return arc lengths (n,) [m] of the contact on both pitch curves at rolling lengths (n,)
@@ -161,7 +161,7 @@ class Mesh:
     @property
     def contact_ratios(self) -> Array:
         """Contact ratio of each of `pairs`."""
-        return np.asarray(sum(self.arcs) / self.pitch)
+        return (self.arcs[0] + self.arcs[1]) / self.pitch
 
     @property
     def laps(self) -> Array:

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol
 
 import numpy as np
 import scipy
 
 from planter.errors import GeometryError
+from planter.gears.geometry.pieces import Piece
 from planter.gears.geometry.stage import Stage
 from planter.kernels import Array, formulas
 from planter.numerics import roots
@@ -108,7 +108,7 @@ class PitchCurve:
     def arc(self, polar: Array) -> Array:
         """Return arc lengths (n,) [m] at polar angles (n,) [rad] of any turn."""
         turns = np.floor(polar / TURN)
-        return np.asarray(self.arc_within(polar - TURN * turns) + turns * self.length)
+        return self.arc_within(polar - TURN * turns) + turns * self.length
 
     def arc_within(self, polar: Array) -> Array:
         """Return arc lengths (n,) [m] at polar angles (n,) [rad] between those of its ends."""
@@ -150,9 +150,9 @@ class PitchCurve:
             self.joints * factor,
         )
 
-    def places(self, share: Array) -> Array:
-        """Return points (n, 2) [m] at shares (n,) of the length."""
-        return self.at(share * self.length)[[X, Y]].T
+    def part(self, low: float, high: float) -> Piece:
+        """Return the curve between two of its arc lengths [m]."""
+        return Piece("pitch curve", lambda s: self.at(low + (high - low) * s)[:POLAR])
 
 
 Contact = Callable[[Array], Array]
@@ -274,14 +274,6 @@ end.
 """
 
 
-class RadiusFunction(Protocol):
-    """Function that returns radii (n,) [m] at angles (n,) [rad] from the first point, or their
-    derivatives.
-    """
-
-    def __call__(self, at: Array, derivative: int = 0, /) -> Array: ...
-
-
 MAX_SLOPE_ANGLE = np.radians(80)
 """Largest angle [rad] between a pitch curve and the circle about its axis: at a pressure angle of
 10 deg the normals of flanks then pass through the axis, and no torque turns the gear.
@@ -307,177 +299,151 @@ REPEATS = 1e-4
 """Share of the radius by which a curve that repeats may differ from itself."""
 
 
-def build_sampled_pair(
-    polar: Array, radius: Array, name: str, turns: int = 1, sense: int = 1, mate_turns: int = 1
-) -> CurvePair:
-    """Return the pair of radii (n,) [m] at polar angles (n,) [rad] that rise by less than a turn.
-
-    The mate turns `mate_turns` times in `turns` of the gear, one of which is 1. Of the pair the
-    gear is always the faster one: with several `mate_turns` it is the mate. Errors begin with
-    `name`. Raises GeometryError if the curve through the points has a corner, reaches its axis, is
-    too steep for any teeth, does not repeat as often as the mate turns, or has no centre distance
-    that closes the mate.
+class SampledRadius:
+    """Radii (n,) [m] at polar angles (n,) [rad] that rise by less than a turn, joined by a periodic
+    spline; the gear's own polar angles run in a `sense`. Errors begin with `name`.
     """
-    knots, curve = _interpolate(polar, radius)
-    _check_slope(curve, knots, polar[0], sense, name)
-    _check_repeats(polar, radius, sense, mate_turns, name)
-    try:
-        distance = _find_centre_distance(curve, knots, turns / mate_turns, name)
-        _check_corners(polar, radius, sense, name)
-        pair = _build_pair(curve, knots, distance, turns, sense, mate_turns)
-    except RoughFunctionError as error:
+
+    def __init__(self, polar: Array, radius: Array, name: str, sense: int = 1) -> None:
+        self.polar, self.radius, self.name, self.sense = polar, radius, name, sense
+        self.knots: Array = np.append(polar, polar[0] + TURN) - polar[0]
+        closed = np.append(radius, radius[0])
+        self.curve = scipy.interpolate.CubicSpline(self.knots, closed, bc_type="periodic")
+
+    def build_pair(self, turns: int = 1, mate_turns: int = 1) -> CurvePair:
+        """Return the pair whose mate turns `mate_turns` times in `turns`, one of which is 1.
+
+        The gear of the pair is always the faster one: with several `mate_turns` it is the mate.
+        Raises GeometryError if the curve has a corner, reaches its axis, is too steep for any
+        teeth, does not repeat as often as the mate turns, or has no centre distance that closes the
+        mate.
+        """
+        self._check_slope()
+        self._check_repeats(mate_turns)
+        try:
+            distance = self.find_centre_distance(turns / mate_turns)
+            self._check_corners()
+            pair = self._roll(distance, turns, mate_turns)
+        except RoughFunctionError as error:
+            raise GeometryError(
+                f"{self.name}: the curve through the points is too rough to be rolled on: {error}"
+            ) from error
+        if mate_turns == 1:
+            return pair
+        return CurvePair(pair.mate, pair.gear, pair.distance, -pair.sense)
+
+    def find_centre_distance(self, turns: float) -> float:
+        """Return the distance of the axes [m] at which the mate turns once in `turns`.
+
+        Raises GeometryError without one.
+        """
+        high = float(self.curve(self._sample_angles()).max())
+
+        def over(distance: float) -> float:
+            rates = ChebyshevPanels.fit(lambda t: self._ratios(t, distance)[:1], self.knots)
+            return float(rates.integral(self.knots[-1:])[0, 0] - TURN / turns)
+
+        # near the largest radius the ratio has a pole: the bracket is searched from the other end
+        farther = high * (1 + turns) * (1 + _BRACKET_MARGIN)
+        for gap in turns * 0.5 ** np.arange(1, MAX_HALVINGS + 1):
+            nearer = high * (1 + gap)
+            if over(nearer) >= 0:
+                return float(scipy.optimize.brentq(over, nearer, farther, xtol=1e-18, rtol=1e-15))
+            farther = nearer
         raise GeometryError(
-            f"{name}: the curve through the points is too rough to be rolled on: {error}"
-        ) from error
-    return pair if mate_turns == 1 else CurvePair(pair.mate, pair.gear, pair.distance, -pair.sense)
-
-
-def _interpolate(polar: Array, radius: Array) -> tuple[Array, RadiusFunction]:
-    """Return knots (n + 1,) [rad] from the first point on, and the periodic spline of radii [m]."""
-    knots = np.append(polar, polar[0] + TURN) - polar[0]
-    closed = np.append(radius, radius[0])
-    return knots, scipy.interpolate.CubicSpline(knots, closed, bc_type="periodic")
-
-
-def find_centre_distance(polar: Array, radius: Array, turns: float, name: str) -> float:
-    """Return the distance of the axes [m] at which the mate of radii (n,) at polar angles turns
-    once in `turns`.
-
-    Raises GeometryError without one.
-    """
-    knots, curve = _interpolate(polar, radius)
-    return _find_centre_distance(curve, knots, turns, name)
-
-
-def find_repeat(polar: Array, radius: Array, parts: int) -> tuple[int, float]:
-    """Return the point whose radius (n,) differs most from that a part of a turn later, and that
-    radius [m].
-    """
-    _, curve = _interpolate(polar, radius)
-    later = curve(np.mod(polar - polar[0] + TURN / parts, TURN))
-    worst = int(np.argmax(np.abs(later - radius)))
-    return worst, float(later[worst])
-
-
-def _check_repeats(polar: Array, radius: Array, sense: int, parts: int, name: str) -> None:
-    """Raise GeometryError, with the polar angle, if a curve does not repeat a number of times in a
-    turn.
-    """
-    worst, later = find_repeat(polar, radius, parts)
-    if abs(later - radius[worst]) > REPEATS * radius[worst]:
-        raise GeometryError(
-            f"{name}: the mate turns {parts} times in a turn, so the radius must repeat after "
-            f"{360 / parts:.6g} deg, "
-            f"but it is {radius[worst] * 1e3:.6g} mm at the polar angle "
-            f"{np.degrees(sense * polar[worst]):.4g} deg and "
-            f"{later * 1e3:.6g} mm there"
+            f"{self.name}: no mate rolls on this curve: where its radius is largest, "
+            f"{high * 1e3:.4g} mm, the mate's would be below {gap * high * 1e3:.3g} mm; reduce the "
+            "largest radius"
         )
 
+    def find_repeat(self, parts: int) -> tuple[int, float]:
+        """Return the point whose radius differs most from that a part of a turn later, and that
+        radius [m].
+        """
+        later = self.curve(np.mod(self.polar - self.polar[0] + TURN / parts, TURN))
+        worst = int(np.argmax(np.abs(later - self.radius)))
+        return worst, float(later[worst])
 
-def _check_corners(polar: Array, radius: Array, sense: int, name: str) -> None:
-    """Raise GeometryError, with the polar angle, if the radii have a corner, through which a spline
-    would swing.
-    """
-    steps = np.diff(polar, append=polar[0] + TURN)
-    slopes = np.diff(radius, append=radius[0]) / steps
-    bends = slopes - np.roll(slopes, 1)
-    # a smooth curve bends in proportion to the steps, a corner does not
-    rates = 2 * np.abs(bends) / (steps + np.roll(steps, 1))
-    neighbours = np.max([np.roll(rates, shift) for shift in (-3, -2, 2, 3)], axis=0)
-    span = sum(np.roll(steps, shift) for shift in range(-2, 4))
-    # a corner between two rows bends at both of them
-    before, after = np.roll(bends, 1), np.roll(bends, -1)
-    bend = bends + np.where(np.abs(before) > np.abs(after), before, after)
-    turn = np.arctan(np.abs(bend) / radius)
-    is_corner = (rates > CORNER_RATIO * neighbours) & (turn > CORNER_ANGLE) & (span <= CORNER_SPAN)
-    if is_corner.any():
-        worst = int(np.argmax(np.where(is_corner, turn, 0.0)))
-        raise GeometryError(
-            f"{name}: the radius has a corner at the polar angle "
-            f"{np.degrees(sense * polar[worst]):.4g} deg, where its "
-            f"direction changes by {np.degrees(turn[worst]):.3g} deg from row to row, but hardly "
-            f"beside it; a pitch "
-            "curve must be smooth: round the corner over several rows, or state more rows there"
-        )
+    def _ratios(self, t: Array, distance: float) -> Array:
+        """Return the ratio and its derivative (2, n) at angles (n,) [rad] from the first point."""
+        columns = RACK("rolling", r=self.curve(t), dr=self.curve(t, 1), a=distance)
+        return np.array(list(columns.values()))
 
+    def _roll(self, distance: float, turns: int, mate_turns: int) -> CurvePair:
+        """Return the pair with the axes at a distance [m]."""
+        turned = ChebyshevPanels.fit(lambda t: self._ratios(t, distance)[:1], self.knots).integral
 
-def _build_pair(
-    curve: RadiusFunction, knots: Array, distance: float, turns: int, sense: int, mate_turns: int
-) -> CurvePair:
-    """Return the pair of a curve smooth between knots (n + 1,) [rad], at a distance of the axes
-    [m].
-    """
+        def contact(t: Array) -> Array:
+            u, past = np.mod(t, TURN), np.floor(t / TURN)
+            rotation = turned(u)[0] + past * TURN * mate_turns / turns
+            radii = [self.curve(u, order) for order in range(3)]
+            return np.vstack([*radii, self._ratios(u, distance), rotation])
 
-    def ratios(t: Array) -> Array:
-        u = np.mod(t, TURN)
-        return np.array(list(RACK("rolling", r=curve(u), dr=curve(u, 1), a=distance).values()))
+        return build_contact_pair(contact, distance, self.knots, self.sense, turns, mate_turns)
 
-    turned = ChebyshevPanels.fit(lambda t: ratios(t)[:1], knots).integral
+    def _sample_angles(self) -> Array:
+        """Return angles [rad] from the first point at which the curve is checked."""
+        shares = np.linspace(0, 1, _SLOPE_SAMPLES)
+        angles: Array = self.knots[:-1, None] + np.diff(self.knots)[:, None] * shares
+        return angles.ravel()
 
-    def contact(t: Array) -> Array:
-        u, past = np.mod(t, TURN), np.floor(t / TURN)
-        rotation = turned(u)[0] + past * TURN * mate_turns / turns
-        return np.vstack([curve(u), curve(u, 1), curve(u, 2), ratios(t), rotation])
+    def _describe_row(self, number: int) -> str:
+        return f"at the polar angle {np.degrees(self.sense * self.polar[number]):.4g} deg"
 
-    return build_contact_pair(contact, distance, knots, sense, turns, mate_turns)
+    def _describe_place(self, place: float) -> str:
+        angle = self.sense * (self.polar[0] + place)
+        return f"at the polar angle {to_degrees(angle):.4g} deg"
 
+    def _check_repeats(self, parts: int) -> None:
+        """Raise GeometryError if the curve does not repeat a number of times in a turn."""
+        worst, later = self.find_repeat(parts)
+        radius = self.radius[worst]
+        if abs(later - radius) > REPEATS * radius:
+            raise GeometryError(
+                f"{self.name}: the mate turns {parts} times in a turn, so the radius must repeat "
+                f"after {360 / parts:.6g} deg, but it is {radius * 1e3:.6g} mm "
+                f"{self._describe_row(worst)} and {later * 1e3:.6g} mm there"
+            )
 
-def _sample_angles(knots: Array) -> Array:
-    """Return angles [rad] between knots (n + 1,) at which a curve is checked."""
-    return np.asarray(
-        (knots[:-1, None] + np.diff(knots)[:, None] * np.linspace(0, 1, _SLOPE_SAMPLES)).ravel()
-    )
+    def _check_corners(self) -> None:
+        """Raise GeometryError if the radii have a corner, through which a spline would swing."""
+        steps = np.diff(self.polar, append=self.polar[0] + TURN)
+        slopes = np.diff(self.radius, append=self.radius[0]) / steps
+        bends = slopes - np.roll(slopes, 1)
+        # a smooth curve bends in proportion to the steps, a corner does not
+        rates = 2 * np.abs(bends) / (steps + np.roll(steps, 1))
+        neighbours = np.max([np.roll(rates, shift) for shift in (-3, -2, 2, 3)], axis=0)
+        span = sum(np.roll(steps, shift) for shift in range(-2, 4))
+        # a corner between two rows bends at both of them
+        before, after = np.roll(bends, 1), np.roll(bends, -1)
+        bend = bends + np.where(np.abs(before) > np.abs(after), before, after)
+        turn = np.arctan(np.abs(bend) / self.radius)
+        is_sharp = (rates > CORNER_RATIO * neighbours) & (turn > CORNER_ANGLE)
+        is_corner = is_sharp & (span <= CORNER_SPAN)
+        if is_corner.any():
+            worst = int(np.argmax(np.where(is_corner, turn, 0.0)))
+            raise GeometryError(
+                f"{self.name}: the radius has a corner {self._describe_row(worst)}, "
+                f"where its direction changes by {np.degrees(turn[worst]):.3g} deg from row to "
+                "row, but hardly beside it; a pitch curve must be smooth: round the corner over several "
+                "rows, or state more rows there"
+            )
 
-
-def _check_slope(curve: RadiusFunction, knots: Array, first: float, sense: int, name: str) -> None:
-    """Raise GeometryError, with the polar angle, if the curve reaches its axis or is too steep for
-    teeth.
-    """
-    places = _sample_angles(knots)
-    radius, slope = curve(places), curve(places, 1)
-
-    def at(k: int) -> str:
-        return f"at the polar angle {to_degrees(sense * (first + places[k])):.4g} deg"
-
-    smallest, steep = int(np.argmin(radius)), int(np.argmax(np.abs(slope) / radius))
-    if radius[smallest] <= 0:
-        raise GeometryError(
-            f"{name}: the curve through the points has a radius of {radius[smallest] * 1e3:.4g} "
-            f"mm {at(smallest)}: it "
-            f"must be above 0"
-        )
-    angle = np.arctan(np.abs(slope[steep]) / radius[steep])
-    if angle > MAX_SLOPE_ANGLE:
-        raise GeometryError(
-            f"{name}: the curve through the points is {np.degrees(angle):.4g} deg from a circle "
-            f"about its axis "
-            f"{at(steep)}; it must be at most {np.degrees(MAX_SLOPE_ANGLE):g} deg for teeth to "
-            "turn it"
-        )
-
-
-def _find_centre_distance(curve: RadiusFunction, knots: Array, turns: float, name: str) -> float:
-    """Return the centre distance [m] at which the mate turns once in `turns` of the gear.
-
-    Raises GeometryError without one.
-    """
-    high = float(curve(_sample_angles(knots)).max())
-
-    def over(distance: float) -> float:
-        rates = ChebyshevPanels.fit(
-            lambda t: RACK("rolling", r=curve(t), dr=curve(t, 1), a=distance)["ratio"][None], knots
-        )
-        return float(rates.integral(knots[-1:])[0, 0] - TURN / turns)
-
-    # Near the largest radius the ratio has a pole, so the bracket is searched from the other end.
-    farther = high * (1 + turns) * (1 + _BRACKET_MARGIN)
-    for gap in turns * 0.5 ** np.arange(1, MAX_HALVINGS + 1):
-        nearer = high * (1 + gap)
-        if over(nearer) >= 0:
-            return float(scipy.optimize.brentq(over, nearer, farther, xtol=1e-18, rtol=1e-15))
-        farther = nearer
-    raise GeometryError(
-        f"{name}: no mate rolls on this curve: where its radius is largest, {high * 1e3:.4g} mm, "
-        f"the mate's would be "
-        f"below {gap * high * 1e3:.3g} mm; reduce the largest radius"
-    )
+    def _check_slope(self) -> None:
+        """Raise GeometryError if the curve reaches its axis or is too steep for teeth."""
+        places = self._sample_angles()
+        radius, slope = self.curve(places), self.curve(places, 1)
+        smallest, steep = int(np.argmin(radius)), int(np.argmax(np.abs(slope) / radius))
+        if radius[smallest] <= 0:
+            raise GeometryError(
+                f"{self.name}: the curve through the points has a radius of "
+                f"{radius[smallest] * 1e3:.4g} mm "
+                f"{self._describe_place(places[smallest])}: it must be above 0"
+            )
+        angle = np.arctan(np.abs(slope[steep]) / radius[steep])
+        if angle > MAX_SLOPE_ANGLE:
+            raise GeometryError(
+                f"{self.name}: the curve through the points is {np.degrees(angle):.4g} deg from a "
+                f"circle about its axis {self._describe_place(places[steep])}; it "
+                f"must be at most {np.degrees(MAX_SLOPE_ANGLE):g} deg for teeth to turn it"
+            )

@@ -79,10 +79,9 @@ class Overlay:
     def _parts(self, gear: Gear, outline: Any) -> Shapes:
         centres = gear.curve.at(gear.flanks.centre[: gear.z])[:2].T
         radius = self.mesh.contact_ratios.max() / 2 + _PART_MARGIN
-        parts: Shapes = shapely.intersection(
+        return shapely.intersection(
             outline, shapely.buffer(shapely.points(centres), radius * self.mesh.pitch)
         )
-        return parts
 
     @cached_property
     def placed(self) -> LastCallCache[tuple[Shapes, Shapes]]:
@@ -141,7 +140,7 @@ class Overlay:
 
     def gaps(self, at: Array) -> Array:
         """Return the smallest distances (n,) [m] of the gears at rolling lengths (n,) [m]."""
-        return np.asarray(shapely.distance(*self.placed(at)))
+        return shapely.distance(*self.placed(at))
 
 
 def move_shapes(shapes: Shapes, position: Array) -> Shapes:
@@ -149,10 +148,7 @@ def move_shapes(shapes: Shapes, position: Array) -> Shapes:
     points, index = shapely.get_coordinates(shapes, return_index=True)
     angle, x, y = position
     turned = points @ np.array([1, 1j]) * np.exp(1j * angle)[index] + (x + 1j * y)[index]
-    placed: Shapes = shapely.set_coordinates(
-        shapes.copy(), np.column_stack([turned.real, turned.imag])
-    )
-    return placed
+    return shapely.set_coordinates(shapes.copy(), np.column_stack([turned.real, turned.imag]))
 
 
 def intersect_areas(shapes: Shapes, mate_shapes: Shapes) -> Array:

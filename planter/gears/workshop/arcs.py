@@ -9,124 +9,40 @@ Computer-Aided Design 7, 1975). Here the ratio is the one that preserves the are
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from planter.errors import ComputationError
+from planter.gears.geometry.pieces import Piece
 from planter.kernels import Array
 
-_STEP = 1e-5
-"""Step of the parameter for difference quotients of a closed curve."""
 
-
-class Piece(Protocol):
-    """A smooth piece of a curve, along a parameter s from 0 to 1 in the direction of the curve;
-    `kind` names it.
-
-    `at(s)` gives points (n, 2) [m], `tangent(s)` unit vectors (n, 2), `curvature(s)` (n,) [1/m],
-    positive where the curve turns to the left.
-    """
-
-    @property
-    def kind(self) -> str: ...
-    def at(self, s: Array) -> Array:
-        """Return points (n, 2) [m] at parameters (n,)."""
-
-    def tangent(self, s: Array) -> Array:
-        """Return unit tangents (n, 2) at parameters (n,)."""
-
-    def curvature(self, s: Array) -> Array:
-        """Return signed curvature (n,) [1/m] at parameters (n,)."""
-
-
-@dataclass(frozen=True)
-class ClosedCurve:
-    """A closed smooth curve as a piece, defined by points (n, 2) [m] along s from 0 to 1 only."""
-
-    kind: str
-    places: Callable[[Array], Array]
-
-    def at(self, s: Array) -> Array:
-        """Return points (n, 2) [m] at parameters (n,)."""
-        return self.places(s % 1.0)
-
-    def tangent(self, s: Array) -> Array:
-        """Return unit tangents (n, 2) at parameters (n,)."""
-        chord = self.at(s + _STEP) - self.at(s - _STEP)
-        return chord / np.hypot(*chord.T)[:, None]
-
-    def curvature(self, s: Array) -> Array:
-        """Return signed curvature (n,) [1/m] at parameters (n,), positive where the curve bends to
-        the left.
-        """
-        before, middle, after = (self.at(s + step) for step in (-_STEP, 0.0, _STEP))
-        first, second = middle - before, after - middle
-        turn = np.arctan2(
-            first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0], (first * second).sum(axis=1)
-        )
-        return turn / ((np.hypot(*first.T) + np.hypot(*second.T)) / 2)
-
-
-@dataclass(frozen=True)
-class OutlinePoints:
-    """Points (n, 2) [m] with outward normals (n, 2), arc lengths (n,) [m], curvatures (n,) [1/m],
-    piece numbers " "(n,).
-    """
-
-    length: Array
-    place: Array
-    normal: Array
-    curvature: Array
-    piece: Array
-
-    def columns(self) -> dict[str, Array]:
-        """Return the columns of a table by keys that end in their units."""
-        return {
-            "arc_length_mm": self.length * 1e3,
-            "x_mm": self.place[:, 0] * 1e3,
-            "y_mm": self.place[:, 1] * 1e3,
-            "normal_x": self.normal[:, 0],
-            "normal_y": self.normal[:, 1],
-            "curvature_per_mm": self.curvature * 1e-3,
-        }
-
-
-def sample_outline(pieces: Sequence[Piece], steps: int) -> OutlinePoints:
-    """Return points of consecutive pieces, anticlockwise, each in `steps` equal steps of its
-    parameter, ends included.
+def tabulate_outline(pieces: Sequence[Piece], steps: int) -> dict[str, Array]:
+    """Return columns (n,) of consecutive pieces, anticlockwise, by keys that end in their units:
+    each piece in `steps` equal steps of its parameter, ends included; normals are outwards.
 
     The length between two points is that of an arc along both tangents.
     """
     s = np.linspace(0.0, 1.0, steps + 1)
-    places, tangents = (
-        np.array([piece.at(s) for piece in pieces]),
-        np.array([piece.tangent(s) for piece in pieces]),
-    )
-    chords, (before, after) = np.diff(places, axis=1), (tangents[:, :-1], tangents[:, 1:])
-    half = (
-        np.arctan2(
-            before[..., 0] * after[..., 1] - before[..., 1] * after[..., 0],
-            (before * after).sum(axis=-1),
-        )
-        / 2
-    )
-    lengths = np.hypot(chords[..., 0], chords[..., 1]) / np.sinc(half / np.pi)
-    ends = np.cumsum(lengths.sum(axis=1))
-    piece_length = np.hstack([np.zeros((len(pieces), 1)), np.cumsum(lengths, axis=1)])
-    arc_length = piece_length + np.concatenate([[0.0], ends[:-1]])[:, None]
-    normals = np.stack([tangents[..., 1], -tangents[..., 0]], axis=-1)
-    curvature = np.array([piece.curvature(s) for piece in pieces])
-    return OutlinePoints(
-        arc_length.ravel(),
-        places.reshape(-1, 2),
-        normals.reshape(-1, 2),
-        curvature.ravel(),
-        np.repeat(np.arange(len(pieces)), steps + 1),
-    )
+    rows = np.array([piece.rows(s) for piece in pieces])
+    x, y, dx, dy, curvature = rows.swapaxes(0, 1)
+    across = dx[:, :-1] * dy[:, 1:] - dy[:, :-1] * dx[:, 1:]
+    half = np.arctan2(across, dx[:, :-1] * dx[:, 1:] + dy[:, :-1] * dy[:, 1:]) / 2
+    lengths = np.hypot(np.diff(x), np.diff(y)) / np.sinc(half / np.pi)
+    on_piece = np.hstack([np.zeros((len(pieces), 1)), np.cumsum(lengths, axis=1)])
+    before = np.cumsum(lengths.sum(axis=1)) - lengths.sum(axis=1)
+    columns = {
+        "arc_length_mm": 1e3 * (on_piece + before[:, None]),
+        "x_mm": 1e3 * x,
+        "y_mm": 1e3 * y,
+        "normal_x": dy,
+        "normal_y": -dx,
+        "curvature_per_mm": 1e-3 * curvature,
+    }
+    return {key: values.ravel() for key, values in columns.items()}
 
 
 _SMALL = 1e-3

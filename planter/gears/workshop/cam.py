@@ -4,7 +4,7 @@ drawing.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -15,7 +15,9 @@ from shapely import LineString
 
 from planter.errors import GeometryError, InputError
 from planter.files import units
-from planter.gears.workshop import arcs, cam_results
+from planter.gears.geometry.pieces import Piece
+from planter.gears.results import Cam, Contour, LiftOff, Most, Roller
+from planter.gears.workshop import arcs
 from planter.gears.workshop.arcs import ArcFit, Arcs
 from planter.gears.workshop.drawing import Bore, DrawingLine, build_cross, check_wall
 from planter.kernels import Array
@@ -40,39 +42,6 @@ def check_roller(radius: float) -> None:
 
 
 @dataclass(frozen=True)
-class ContourPiece:
-    """A smooth piece of a contour from one angle of the cam [rad] to another, which may be
-    smaller.
-    """
-
-    kind: str
-    start: float
-    end: float
-    course: Callable[[Array], Columns]
-
-    def _angles(self, s: Array) -> Array:
-        return self.start + (self.end - self.start) * np.clip(s, _END_OFFSET, 1 - _END_OFFSET)
-
-    def at(self, s: Array) -> Array:
-        """Return points (n, 2) [m] at parameters (n,)."""
-        columns = self.course(self._angles(s))
-        return np.column_stack([columns["contact_x"], columns["contact_y"]])
-
-    def tangent(self, s: Array) -> Array:
-        """Return unit tangents (n, 2) at parameters (n,)."""
-        heading, sense = self.course(self._angles(s))["heading"], np.sign(self.end - self.start)
-        return sense * np.column_stack([np.cos(heading), np.sin(heading)])
-
-    def curvature(self, s: Array) -> Array:
-        """Return signed curvature (n,) [1/m] at parameters (n,), positive where the curve bends to
-        the left.
-        """
-        columns = self.course(self._angles(s))
-        curvature: Array = np.sign(self.end - self.start) * columns["kappa"] / columns["room"]
-        return curvature
-
-
-@dataclass(frozen=True)
 class Profile:
     """A cam for a roller: positions of the roller's centre and of the contact in the plane of the
     cam, by the angle.
@@ -91,50 +60,45 @@ class Profile:
     pitch: tuple[str, str]
 
     @cached_property
-    def pieces(self) -> tuple[ContourPiece, ...]:
+    def pieces(self) -> tuple[Piece, ...]:
         """Exact pieces of the contour in the direction of its outline."""
-        angles = tuple(reversed(self.breaks)) if self.closed else self.breaks
-        return tuple(
-            ContourPiece("contour", start, end, self.course) for start, end in pairwise(angles)
-        )
+        return tuple(self._list_pieces("contour", ("contact_x", "contact_y")))
 
     @cached_property
-    def pitch_pieces(self) -> tuple[ContourPiece, ...]:
+    def pitch_pieces(self) -> tuple[Piece, ...]:
         """Exact pieces of the pitch curve in the direction of the outline."""
+        return tuple(self._list_pieces("pitch", self.pitch))
 
-        def evaluate_pitch(angles: Array) -> Columns:
-            columns, (x, y) = self.course(angles), self.pitch
-            return {
-                "contact_x": columns[x],
-                "contact_y": columns[y],
-                "heading": columns["heading"],
-                "kappa": columns["kappa"],
-                "room": np.ones(len(angles)),
-            }
+    def _list_pieces(self, kind: str, point: tuple[str, str]) -> Iterator[Piece]:
+        sense = -1 if self.closed else 1
+        for low, high in pairwise(self.breaks[::sense]):
 
-        return tuple(
-            ContourPiece("pitch", piece.start, piece.end, evaluate_pitch) for piece in self.pieces
-        )
+            def evaluate(s: Array, low: float = low, high: float = high) -> Array:
+                inside = np.clip(s, _END_OFFSET, 1 - _END_OFFSET)
+                columns = self.course(low + (high - low) * inside)
+                heading, bend = columns["heading"], sense * columns["kappa"]
+                tangent = sense * np.cos(heading), sense * np.sin(heading)
+                # a contour is as far from its pitch curve as the roller is large
+                bend = bend / columns["room"] if kind == "contour" else bend
+                return np.array([*(columns[name] for name in point), *tangent, bend])
 
-    def find_smallest(self, column: str) -> ExtremePoint:
-        """Return the smallest value of a column over a turn, on both sides of every breakpoint."""
-        minima = (
-            extrema.find_minimum(lambda at: self.course(at)[column], at)
-            for at in self._sample_pieces()
-        )
+            yield Piece(kind, evaluate)
+
+    def find_smallest(self, column: str, sign: float = 1.0) -> ExtremePoint:
+        """Return the smallest value of a column, times a sign, over a turn, on both sides of every
+        breakpoint.
+        """
+        inside = np.linspace(_END_OFFSET, 1 - _END_OFFSET, SAMPLES)
+        minima = []
+        for start, end in pairwise(self.breaks):
+            angles = start + (end - start) * inside
+            minima.append(extrema.find_minimum(lambda at: sign * self.course(at)[column], angles))
         return min(minima, key=lambda minimum: minimum.value)
 
     def find_largest(self, column: str) -> ExtremePoint:
         """Return the largest value of a column over a turn, on both sides of every breakpoint."""
-        maxima = (
-            extrema.find_maximum(lambda at: self.course(at)[column], at)
-            for at in self._sample_pieces()
-        )
-        return max(maxima, key=lambda maximum: maximum.value)
-
-    def _sample_pieces(self) -> list[Array]:
-        inside = np.linspace(_END_OFFSET, 1 - _END_OFFSET, SAMPLES)
-        return [start + (end - start) * inside for start, end in pairwise(self.breaks)]
+        opposite = self.find_smallest(column, -1.0)
+        return ExtremePoint(opposite.place, -opposite.value)
 
     def check_clearance(self) -> ExtremePoint:
         """Return the smallest margin against undercutting, 1 - radius / radius of curvature, and
@@ -224,7 +188,7 @@ class CamPart:
 
     profile: Profile
     lines: tuple[DrawingLine, ...]
-    result: cam_results.Cam
+    result: Cam
 
 
 def build_cam_part(
@@ -265,32 +229,32 @@ def _summarise(
     contour: ArcFit,
     lift_off: RollerLiftOff | None,
     machine_speed: float,
-) -> cam_results.Cam:
+) -> Cam:
     radius, concave, pressure = (
         profile.roller * 1e3,
         tightest.value < 1,
         profile.find_largest("pressure"),
     )
-    return cam_results.Cam(
+    return Cam(
         machine=profile.name,
         kind=kind,
-        roller=cam_results.Roller(
+        roller=Roller(
             radius_mm=radius,
             margin=tightest.value,
             least_curvature_radius_mm=radius / (1 - tightest.value) if concave else None,
             at_deg=float(np.degrees(tightest.place)) if concave else None,
         ),
-        pressure_angle_deg=cam_results.Most(
+        pressure_angle_deg=Most(
             float(np.degrees(pressure.value)), float(np.degrees(pressure.place))
         ),
         lift_off=None
         if lift_off is None
-        else cam_results.LiftOff(
+        else LiftOff(
             lift_off.speed / units.unit_factor("_rpm"),
             machine_speed / units.unit_factor("_rpm"),
             float(np.degrees(lift_off.angle)),
         ),
-        contour=cam_results.Contour(
+        contour=Contour(
             float(contour.arcs.lengths.sum()) * 1e3,
             len(contour.arcs.chords),
             contour.deviation * 1e6,

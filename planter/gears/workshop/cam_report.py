@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from planter.files.document import Document
+from planter.gears.results import Cam
 from planter.gears.workshop.cam import SAMPLES, CamPart, Push, tabulate_contour
-from planter.gears.workshop.cam_results import Cam
 from planter.gears.workshop.drawing import format_dxf, format_svg
 from planter.report import files, style
 from planter.report.html import Block, Items, Keys, Section, Table, Text
@@ -52,8 +52,7 @@ class CamPageContent:
     @property
     def entries(self) -> Sequence[dict[str, str]]:
         """Name, unit and meaning of each result of the contour's functions."""
-        entries: Sequence[dict[str, str]] = self.sidecar["vectors"]["contour"]
-        return entries
+        return self.sidecar["vectors"]["contour"]
 
 
 @dataclass(frozen=True)

@@ -11,13 +11,15 @@ import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from importlib import import_module
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 import scipy
 
 from planter.errors import ComputationError, InputError
-from planter.gears.workshop.arcs import Arcs, Piece, interpolate_arcs
+from planter.gears.geometry.pieces import Piece
+from planter.gears.workshop.arcs import Arcs, interpolate_arcs
 from planter.kernels import Array
 
 SpaceCurve = Callable[[Array], Array]
@@ -79,13 +81,8 @@ def format_ring(name: str, rims: Sequence[tuple[SpaceCurve, SpaceCurve]], base: 
             (_build_edge(kernel, course), _build_edge(kernel, _project_to_plane(course, base)))
             for course in courses
         )
-        for first, second in (
-            (inner[0], outer[0]),
-            (outer[0], outer[1]),
-            (outer[1], inner[1]),
-            (inner[1], inner[0]),
-        ):
-            sewing.Add(kernel.BRepFill.BRepFill.Face_s(first, second))
+        for sides in pairwise([inner[0], *outer, inner[1], inner[0]]):
+            sewing.Add(kernel.BRepFill.BRepFill.Face_s(*sides))
     sewing.Perform()
     if sewing.NbFreeEdges():
         raise ComputationError(f"the ring is open along {sewing.NbFreeEdges()} edges")
@@ -97,9 +94,8 @@ def format_ring(name: str, rims: Sequence[tuple[SpaceCurve, SpaceCurve]], base: 
 
 
 def _build_edge(kernel: OpenCascade, course: SpaceCurve) -> Any:
-    return kernel.BRepBuilderAPI.BRepBuilderAPI_MakeEdge(
-        _build_curve(kernel, fit_space_spline(course, TOLERANCE))
-    ).Edge()
+    curve = _build_curve(kernel, fit_spline("a curve in space", course, TOLERANCE))
+    return kernel.BRepBuilderAPI.BRepBuilderAPI_MakeEdge(curve).Edge()
 
 
 def _project_to_plane(course: SpaceCurve, base: float) -> SpaceCurve:
@@ -110,16 +106,15 @@ def _project_to_plane(course: SpaceCurve, base: float) -> SpaceCurve:
 def _build_prism(
     kernel: OpenCascade, outline: Sequence[Piece], holes: Sequence[Arcs], width: float
 ) -> Any:
-    splines = [fit_plane_spline(piece, TOLERANCE) for piece in outline]
-    face = kernel.BRepBuilderAPI.BRepBuilderAPI_MakeFace(
-        _build_wire(kernel, [_build_curve(kernel, s) for s in splines])
-    )
+    curves = []
+    for piece in outline:
+        name = f"a piece, {piece.kind},"
+        spline = fit_spline(name, piece.at, TOLERANCE, piece.tangent)
+        curves.append(_build_curve(kernel, spline))
+    face = kernel.BRepBuilderAPI.BRepBuilderAPI_MakeFace(_build_wire(kernel, curves))
     for hole in holes:
-        face.Add(
-            kernel.TopoDS.TopoDS.Wire(
-                _build_wire(kernel, list(_build_arcs(kernel, hole))).Reversed()
-            )
-        )
+        wire = _build_wire(kernel, list(_build_arcs(kernel, hole)))
+        face.Add(kernel.TopoDS.TopoDS.Wire(wire.Reversed()))
     if not face.IsDone():
         raise ComputationError("the outline bounds no plane face")
     up = kernel.gp.gp_Vec(0, 0, _MM * width)
@@ -204,56 +199,36 @@ class Spline:
     degree: int = DEGREE
 
 
-def fit_plane_spline(piece: Piece, tolerance: float) -> Spline:
-    """Return a spline within `tolerance` [m] of a piece, measured across it halfway between the
-    interpolated points.
+def fit_spline(
+    name: str, places: SpaceCurve, tolerance: float, tangents: SpaceCurve | None = None
+) -> Spline:
+    """Return a spline within `tolerance` [m] of a curve halfway between the interpolated points.
 
-    Raises ComputationError, naming the piece, if no spline follows it.
+    With unit tangents (n, 2) of a plane curve it begins and ends along them, and its deviation is
+    measured across them: along the curve it may run at another speed. Raises ComputationError,
+    naming the curve, if no spline follows it.
     """
-    for s in _refine_parameters():
-        places, tangents = piece.at(s), piece.tangent(s)
-        spline, middles = _interpolate(places, ([(1, tangents[0])], [(1, tangents[-1])]))
-        x, y = (middles - places[1::2]).T
-        # across the piece: along it the spline may run at another speed
-        if np.abs(x * tangents[1::2, 1] - y * tangents[1::2, 0]).max() <= tolerance:
-            return spline
-    raise ComputationError(
-        f"a piece, {piece.kind}, turns too sharply for a spline within {tolerance * 1e6:g} um"
-    )
-
-
-def fit_space_spline(places: Callable[[Array], Array], tolerance: float) -> Spline:
-    """Return a spline through points (n, 3) [m] along s from 0 to 1, within `tolerance` [m] of
-    those halfway between.
-
-    Raises ComputationError if no spline follows the curve.
-    """
-    for s in _refine_parameters():
-        points = places(s)
-        spline, middles = _interpolate(points, "not-a-knot")
-        if np.sqrt(((middles - points[1::2]) ** 2).sum(axis=1)).max() <= tolerance:
-            return spline
-    raise ComputationError(
-        f"a curve in space turns too sharply for a spline within {tolerance * 1e6:g} um"
-    )
-
-
-def _refine_parameters() -> Iterator[Array]:
     spans = MIN_SPANS
     while spans <= MAX_SPANS:
-        yield np.linspace(0.0, 1.0, 2 * spans + 1)
+        s = np.linspace(0.0, 1.0, 2 * spans + 1)
+        points, ways = places(s), None if tangents is None else tangents(s)
+        chords = np.sqrt((np.diff(points, axis=0) ** 2).sum(axis=1))
+        length = np.concatenate([[0.0], np.cumsum(chords)])
+        ends: Any = "not-a-knot" if ways is None else ([(1, ways[0])], [(1, ways[-1])])
+        spline = scipy.interpolate.make_interp_spline(
+            length[::2], points[::2], k=DEGREE, bc_type=ends
+        )
+        missed = (spline(length[1::2]) - points[1::2]).T
+        if ways is None:
+            error = np.sqrt((missed**2).sum(axis=0))
+        else:
+            error = np.abs(missed[0] * ways[1::2, 1] - missed[1] * ways[1::2, 0])
+        if error.max() <= tolerance:
+            knots, multiplicities = np.unique(spline.t, return_counts=True)
+            return Spline(spline.c, knots, tuple(multiplicities.tolist()))
         # doubled until halfway points agree; the error falls with the fourth power
         spans *= 2
-
-
-def _interpolate(places: Array, ends: Any) -> tuple[Spline, Array]:
-    """Return a spline through every other point (2 n + 1, d) by chord length, and its values
-    halfway between.
-    """
-    length = np.concatenate([[0.0], np.cumsum(np.sqrt((np.diff(places, axis=0) ** 2).sum(axis=1)))])
-    spline = scipy.interpolate.make_interp_spline(length[::2], places[::2], k=DEGREE, bc_type=ends)
-    knots, multiplicities = np.unique(spline.t, return_counts=True)
-    return Spline(spline.c, knots, tuple(multiplicities.tolist())), spline(length[1::2])
+    raise ComputationError(f"{name} turns too sharply for a spline within {tolerance * 1e6:g} um")
 
 
 def format_stl(outline: Arcs, holes: Sequence[Arcs], width: float, tolerance: float) -> bytes:

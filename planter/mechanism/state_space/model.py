@@ -240,10 +240,16 @@ class DynamicsModel:
         return ca.Function("curvature", symbols, [ca.cse(change)], names, ["curvature"])
 
     @cached_property
-    def _constraint_jacobian(self) -> ca.Function:
+    def constraint_values(self) -> ca.Function:
+        """(t, x, u, p) -> gaps, then speeds, that the constraints keep zero."""
         graphs = self.equations.graphs
-        constraints = ca.vertcat(graphs.gaps, graphs.speeds)
-        slopes = ca.densify(ca.jacobian(constraints, self.equations.state))
+        values = ca.densify(ca.vertcat(graphs.gaps, graphs.speeds))
+        return self._build("constraint_values", {"values": values})
+
+    @cached_property
+    def _constraint_jacobian(self) -> ca.Function:
+        values = self.constraint_values(*self._arguments)
+        slopes = ca.densify(ca.jacobian(values, self.equations.state))
         return self._build("constraint_jacobian", {"slopes": slopes})
 
     @property

@@ -81,7 +81,7 @@ def engage_clutch(
     """
     console = Console(as_json)
     with console.outcome(), renew_files(out):
-        from planter.papers.clutch import contact_simulation, modal_engagement
+        from planter.papers.clutch import contact, modal_engagement
         from planter.papers.clutch.file import load_clutch
         from planter.papers.clutch.presentation import present_engagement
         from planter.report.files import write_unfinished
@@ -94,10 +94,9 @@ def engage_clutch(
             curves = None
         else:
             keep = None if out is None else partial(write_unfinished, out, file)
-            comparison = contact_simulation.compare_clutches(
+            result, curves = contact.compare_clutches(
                 file, shape, progress=console.progress, keep=keep
             )
-            result, curves = comparison.result, comparison.runs
         present_engagement(file, result, shape, curves).show(console, out)
 
 
@@ -140,7 +139,7 @@ def evaluate_field(
     console = Console(as_json)
     with console.outcome():
         from planter.papers.clutch.field import evaluate_field
-        from planter.papers.clutch.report.field import present_field_test
+        from planter.papers.clutch.presentation import present_field_test
 
         goals = parse_pairs("--goal", goal or ())
         present_field_test(evaluate_field(data, goals, comparison)).show(console, out)
@@ -216,7 +215,7 @@ def show_geometry(
     """
     console = Console(as_json)
     with console.outcome():
-        from planter.papers.clutch import geometry as shape
+        from planter.papers.clutch import model as shape
         from planter.papers.clutch.presentation import present_geometry
 
         clutch_file = _load_file(source, set_)

@@ -12,6 +12,6 @@ if TYPE_CHECKING:
 def draw(source: str, changes: Mapping[str, float]) -> list[Sheet]:
     """Return the sheets of the clutch in a file, or of the built-in one of that name."""
     from planter.papers.clutch.file import load_clutch
-    from planter.papers.clutch.report.drawings import draw_sheets
+    from planter.papers.clutch.scene import draw_sheets
 
     return draw_sheets(load_clutch(source, changes))

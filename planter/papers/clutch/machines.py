@@ -14,8 +14,7 @@ from planter.engine.machine import Machine, Value
 from planter.files import examples
 from planter.papers.clutch import file
 from planter.papers.clutch.file import ClutchFile
-from planter.papers.clutch.geometry import CrankLinkage, control_motion
-from planter.papers.clutch.model import collect_values, load_model
+from planter.papers.clutch.model import CrankLinkage, collect_values, control_motion, load_model
 
 SPEED = "search.lift_rad_s"
 VALUES = {

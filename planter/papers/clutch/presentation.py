@@ -1,23 +1,35 @@
-"""The presentation of the clutch's shape and engagement: what the terminal prints and the folder
-contains.
-"""
+"""The presentations of the clutch's results: what the terminal prints and the folder contains."""
 
 from __future__ import annotations
 
+import hashlib
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from planter.files import units
+from planter.files import csv_rows, units
 from planter.kernels import formulas
-from planter.papers.clutch.geometry import SIDES, VERTICES, CrankLinkage, least_travel
-from planter.papers.clutch.model import MODELS, collect_values, load_model
-from planter.papers.clutch.results import ContactEngagement
+from planter.papers.clutch import scene
+from planter.papers.clutch.field import FieldEvaluation
+from planter.papers.clutch.model import (
+    MODELS,
+    SIDES,
+    VERTICES,
+    CrankLinkage,
+    collect_values,
+    drive_link,
+    least_travel,
+    load_model,
+)
+from planter.papers.clutch.results import ContactEngagement, FieldTest
 from planter.papers.clutch.rotor import Rotor
 from planter.report import files
-from planter.report.html import Block, Items, Section, Text
+from planter.report.animation import MotionBlock
+from planter.report.html import Items, Section, Table, Text
+from planter.report.labels import format_name
 from planter.report.names import load_names
 from planter.report.presentation import (
     ModelAssumptions,
@@ -25,13 +37,14 @@ from planter.report.presentation import (
     describe_violations,
 )
 from planter.report.record_sections import list_record_sections
+from planter.version import __version__
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from planter.files.record import Record
     from planter.kernels import Array
-    from planter.papers.clutch.contact_simulation import ContactRun, SwitchingRun
+    from planter.papers.clutch.contact import ContactRun, SwitchingRun
     from planter.papers.clutch.file import ClutchFile
     from planter.papers.clutch.results import (
         ClutchGeometry,
@@ -68,6 +81,8 @@ CAPTIONS = {
         "How the largest loads of both clutches move with inputs that the paper does not disclose."
     ),
     "modal": "Load on the tooth in one mode of the shaft, derived and as printed, until it is gone.",
+    "effects": "Mean at each level (blue), single runs (grey), mean of all runs (dashed).",
+    "comparison": "Mean and standard deviation of each clutch.",
 }
 ROTATING = (
     "The body over a turn in the smallest regular polygon that lets it, with the path of a vertex."
@@ -86,32 +101,21 @@ SENTENCES = ("printed", "assumes", "assumptions", "clutch")
 def present_geometry(clutch: ClutchFile, result: ClutchGeometry) -> ResultPresentation:
     """Return the presentation of a clutch's geometry."""
     values, rotor = collect_values(clutch), Rotor(VERTICES, SIDES, result.R_mm * 1e-3)
+    linkages: dict[str, scene.DrawnLinkage] = {}
+    for at, row in zip(result.travel, result.linkage, strict=True):
+        if row.crank_rotation_deg is not None:
+            linkage = CrankLinkage(values["l_AB"], row.rod_mm * 1e-3, values["l_AC"])
+            linkages[f"{at.axial_angle_deg:g}°"] = linkage, at.printed_mm * 1e-3, values["r_A"]
 
     def draw() -> dict[str, Figure]:
-        from planter.papers.clutch.report import shape
-
         curves: dict[str, Array] = {
             m: 1e3 * np.array([least_travel(values, math.radians(x), m) for x in ANGLES])
             for m in MODELS
         }
-        linkages = {
-            f"{at.axial_angle_deg:g}°": (
-                CrankLinkage(values["l_AB"], row.rod_mm * 1e-3, values["l_AC"]),
-                at.printed_mm * 1e-3,
-                values["r_A"],
-            )
-            for at, row in zip(result.travel, result.linkage, strict=True)
-            if row.crank_rotation_deg is not None
-        }
-        fillets = {
-            "limit": rotor.ellipse["fillet"],
-            "printed": result.printed.fillet_limit_over_R * rotor.width,
-        }
-        return {
-            **shape.draw_rotor(rotor, fillets),
-            "travel": shape.draw_travels(ANGLES, curves, np.array(clutch.levels.axial_angles_deg)),
-            **({"linkage": shape.draw_linkages(linkages)} if linkages else {}),
-        }
+        levels = np.array(clutch.levels.axial_angles_deg)
+        figures = scene.draw_rotor(rotor, {"limit": rotor.ellipse["fillet"]})
+        figures["travel"] = scene.draw_travels(ANGLES, curves, levels)
+        return figures | ({"linkage": scene.draw_linkages(linkages)} if linkages else {})
 
     return _present(
         f"Geometry of the clutch {clutch.name}",
@@ -126,16 +130,13 @@ def present_geometry(clutch: ClutchFile, result: ClutchGeometry) -> ResultPresen
 
 def present_design(clutch: ClutchFile, result: Sizing) -> ResultPresentation:
     """Return the presentation of a sized clutch."""
-    values, rods = collect_values(clutch), result.linkage
-    linkage = CrankLinkage.from_lengths(rods)
+    values, linkage = collect_values(clutch), CrankLinkage.from_lengths(result.linkage)
     way = linkage, result.sizes.travel_mm * 1e-3, values["r_A"]
     rotor = Rotor(VERTICES, SIDES, result.sizes.width_mm * 1e-3)
 
     def draw() -> dict[str, Figure]:
-        from planter.papers.clutch.report import shape
-
-        figures = shape.draw_rotor(rotor, {"limit": rotor.ellipse["fillet"]})
-        return {**figures, "linkage": shape.draw_linkages({"sized": way})}
+        figures = scene.draw_rotor(rotor, {"limit": rotor.ellipse["fillet"]})
+        return {**figures, "linkage": scene.draw_linkages({"sized": way})}
 
     return _present(
         f"Sizes of the clutch {clutch.name}",
@@ -150,29 +151,20 @@ def present_design(clutch: ClutchFile, result: Sizing) -> ResultPresentation:
 
 def present_optimisation(clutch: ClutchFile, result: FastestSwitching) -> ResultPresentation:
     """Return the presentation of the fastest switching of a clutch."""
-    values, linkages = collect_values(clutch), dict[str, tuple[CrankLinkage, float, float]]()
+    values, linkages = collect_values(clutch), dict[str, scene.DrawnLinkage]()
     for name, choice in (("file", result.start_design), ("optimum", result.design)):
-        linkage = CrankLinkage.from_lengths(choice)
         travel = least_travel(values, math.radians(choice.axial_angle_deg))
-        span = values["r_A"] + values["r_D"]
-        gear = load_model().at(
-            "drive", k=choice.ratio, span=span, gamma=values["gamma"], theta_Amax=0.0
-        )["r_A"]
-        linkages[name] = linkage, travel, gear
-
-    def draw() -> dict[str, Figure]:
-        from planter.papers.clutch.report import shape
-
-        return {"linkage": shape.draw_linkages(linkages)}
-
+        gear = drive_link(values | {"k": choice.ratio}, 0.0)["r_A"]
+        linkages[name] = CrankLinkage.from_lengths(choice), travel, gear
+    certificate = result.certificate
     return _present(
         f"Fastest switching of the clutch {clutch.name}",
         result,
         clutch,
-        draw,
+        lambda: {"linkage": scene.draw_linkages(linkages)},
         conclusion=f"The travel time falls from {result.start_travel_time_s:.4g} s to "
         f"{result.travel_time_s:.4g} s; "
-        f"{result.certificate.agreeing_starts} of {result.certificate.starts} starts agree.",
+        f"{certificate.agreeing_starts} of {certificate.starts} starts agree.",
         tables=lambda: {"way.csv": _tabulate_way(values["F1"], *linkages["optimum"])},
         provenance=files.list_provenance(clutch, result.seed),
     )
@@ -181,15 +173,10 @@ def present_optimisation(clutch: ClutchFile, result: FastestSwitching) -> Result
 def present_rotor(rotor: Rotor, result: PolygonFit) -> ResultPresentation:
     """Return the presentation of a Reuleaux polygon in a regular polygon."""
     sample = Rotor(rotor.vertices, rotor.sides, 0.03)
-
-    def draw() -> dict[str, Figure]:
-        from planter.papers.clutch.report import shape
-
-        fillets = {"limit": sample.ellipse["fillet"]} if result.ellipse else {}
-        return shape.draw_rotor(sample, fillets)
-
+    fillets = {"limit": sample.ellipse["fillet"]} if result.ellipse else {}
     title = f"Reuleaux polygon of {rotor.vertices} vertices in a regular one of {rotor.sides} sides"
     conclusion = f"The body {'is a rotor' if result.exact else 'needs clearance to turn'}."
+    draw = partial(scene.draw_rotor, sample, fillets)
     return _present(title, result, None, draw, sample, conclusion=conclusion)
 
 
@@ -202,29 +189,18 @@ def present_engagement(
     """Return the presentation of an engagement in one mode of the shaft or, if there are `runs`, by
     contact.
     """
-    table = result.table()
-    assumptions = table.get("assumptions") or formulas.load("clutch_beam").sidecar["assumptions"]
+    assumptions = result.table().get("assumptions")
+    assumptions = assumptions or formulas.load("clutch_beam").sidecar["assumptions"]
 
     def draw() -> dict[str, Figure]:
-        from planter.papers.clutch import modal_engagement
-        from planter.papers.clutch.report import engagement
-
         if runs is None or not isinstance(result, ContactEngagement):
-            struck = modal_engagement.build_engagement(clutch.si, shape)
-            return {
-                "modal": engagement.draw_modal_load(
-                    struck, modal_engagement.printed_extremes(struck)
-                )
-            }
+            return scene.draw_modal_load(clutch.si, shape)
         loads = {"reuleaux": result.reuleaux.N_max_N, "dog": result.dog.N_max_N}
-        return engagement.draw_contact(runs, result.sensitivity, loads)
+        return scene.draw_contact(runs, result.sensitivity, loads)
 
-    def animate() -> Iterator[Block]:
-        from planter.papers.clutch.report.drawings import build_engagement_scene
-        from planter.report.animation import MotionBlock
-
+    def animate() -> Iterator[MotionBlock]:
         if runs is not None:
-            yield MotionBlock(build_engagement_scene(runs["reuleaux"].engagement), ENGAGING)
+            yield MotionBlock(scene.build_engagement_scene(runs["reuleaux"].engagement), ENGAGING)
 
     return ResultPresentation(
         title=f"Engagement of the clutch {clutch.name}",
@@ -257,7 +233,6 @@ def _present(
     **options: Any,
 ) -> ResultPresentation:
     """Return the presentation of a shape, with the rotating `rotor` if there is one."""
-    table = result.table()
     sidecar = (load_model() if clutch is not None else formulas.load("clutch_rotor")).sidecar
     entries = [entry for vector in load_model().sidecar["vectors"].values() for entry in vector]
     meanings = {
@@ -267,26 +242,19 @@ def _present(
     }
     if clutch is not None:
         meanings |= NAMES.meanings(clutch.numbers())
-
-    def animate() -> Iterator[Block]:
-        from planter.papers.clutch.report.drawings import build_rotor_scene
-        from planter.report.animation import MotionBlock
-
-        if rotor is not None:
-            yield MotionBlock(build_rotor_scene(rotor, title), ROTATING)
-
+        options["comments"] = files.list_comments(clutch, "clutch")
+    if rotor is not None:
+        build = partial(scene.build_rotor_scene, rotor, title)
+        options["motions"] = lambda: [MotionBlock(build(), ROTATING)]
+    assumptions = [*sidecar["assumptions"], *result.table().get("assumes", ())]
     return ResultPresentation(
         title=title,
         record=result,
         sections=list(_list_sections(result)),
         document=clutch,
-        model=ModelAssumptions(
-            "First principles", [*sidecar["assumptions"], *table.get("assumes", ())], meanings
-        ),
-        motions=animate,
+        model=ModelAssumptions("First principles", assumptions, meanings),
         figures=draw,
         captions=CAPTIONS,
-        comments=() if clutch is None else files.list_comments(clutch, "clutch"),
         **options,
     )
 
@@ -364,7 +332,7 @@ def _tabulate_way(
 
 def _tabulate_run(run: ContactRun) -> dict[str, Array]:
     """Return time, link angle, sleeve, load and output speed of a motion."""
-    from planter.papers.clutch.contact_dynamics import TRAVEL
+    from planter.papers.clutch.contact import TRAVEL
 
     columns = {
         "time_s": run.time,
@@ -374,3 +342,97 @@ def _tabulate_run(run: ContactRun) -> dict[str, Array]:
         "output_rpm": run.speed * 30 / np.pi,
     }
     return {key: column[::EVERY] for key, column in columns.items()}
+
+
+SHOWN = 5
+"""Combinations among the results; prediction.csv has all."""
+VARIANCE_HEAD = ("response", "source", "ss", "df", "ms", "F", "p")
+
+
+def present_field_test(evaluation: FieldEvaluation) -> ResultPresentation:
+    """Return the presentation: ranges, analysis of variance, prediction, comparison of clutches."""
+    trial, result = evaluation.trial, evaluation.result
+    tables = _build_tables(result)
+    values = [(name, column.tolist()) for name, column in trial.responses.items()]
+    values += [(name, factor.codes.tolist()) for name, factor in trial.factors.items()]
+    return ResultPresentation(
+        title=f"Field test {result.source}",
+        conclusion=_conclude_field_test(result),
+        record=result,
+        sections=list(_list_field_sections(result, tables)),
+        figures=lambda: scene.draw_field_test(evaluation),
+        captions=CAPTIONS,
+        texts=lambda: {
+            f"{name}.csv": csv_rows.format_csv(
+                [f"data: {result.source}"], table.head, [_fill_cells(row) for row in table.rows]
+            )
+            for name, table in tables.items()
+        },
+        provenance={
+            "planter": __version__,
+            "data_sha256": hashlib.sha256(repr(values).encode("utf-8")).hexdigest(),
+        },
+    )
+
+
+def _fill_cells(row: object) -> list[object]:
+    return ["" if cell is None else cell for cell in row]  # type: ignore[attr-defined]
+
+
+def _conclude_field_test(result: FieldTest) -> str:
+    parts = []
+    for response, sources in result.anova.items():
+        chances = {name: getattr(row, "p", None) for name, row in sources.items()}
+        strong = [name for name, p in chances.items() if p is not None and p < 0.05]
+        parts.append(f"{', '.join(strong) or 'none'} on {response}")
+    return f"Effects with p < 0.05 in {result.runs} runs: {'; '.join(parts)}."
+
+
+def _build_tables(result: FieldTest) -> dict[str, Table]:
+    """Return the tables by the names of their files."""
+    ranges, variances = [], []
+    for response, factors in result.range.items():
+        for name, means in factors.items():
+            ranges += [(response, name, i, k, means.R) for i, k in enumerate(means.k, 1)]
+    for response, sources in result.anova.items():
+        for name, row in sources.items():
+            cells = (getattr(row, key, None) for key in VARIANCE_HEAD[2:])
+            variances.append((response, name, *cells))
+    factors = next(iter(result.range.values()))
+    predicted = [(*row.levels, *row.means.values()) for row in result.prediction]
+    tables = {
+        "range": Table(("response", "factor", "level", "k", "R"), ranges),
+        "anova": Table(VARIANCE_HEAD, variances),
+        "prediction": Table((*factors, *result.goals), predicted),
+    }
+    if result.comparison:
+        pairs = [pair.table() for pair in result.comparison]
+        rows = [tuple(pair.values()) for pair in pairs]
+        tables["comparison"] = Table(tuple(pairs[0]), rows)
+    return tables
+
+
+def _list_field_sections(result: FieldTest, tables: Mapping[str, Table]) -> Iterator[Section]:
+    yield Section("Range analysis", [tables["range"]])
+    yield Section("Analysis of variance", [tables["anova"]])
+    goals = result.goals | {"both": "least mean rank"}
+    factors = next(iter(result.range.values()))
+    best = [(name, goals[name], *levels) for name, levels in result.best.items()]
+    prediction = Table(tables["prediction"].head, tables["prediction"].rows[:SHOWN])
+    note = "The prediction adds main effects: interactions are neither predicted nor tested."
+    yield Section(
+        "Prediction",
+        [
+            Table(("response", "goal", *factors), best, "Best levels"),
+            prediction,
+            Text(note, "note"),
+        ],
+    )
+    if "comparison" in tables:
+        note = "p: Welch's test of each difference"
+        rows = [
+            (pair.speed_m_s, format_name(pair.measure), pair.reduction_percent, pair.p_value)
+            for pair in result.comparison
+        ]
+        table = Table(("speed / m/s", "measure", "reduction / %", "p"), rows)
+        yield Section("Comparison of clutches", [table, Text(note, "note")])

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
+from planter.engine.solvers.result import OptimalityCertificate
 from planter.files.record import Record
 
 if TYPE_CHECKING:
@@ -94,20 +95,6 @@ class Crank(Record):
 
 
 @dataclass(frozen=True)
-class AsPrinted(Record):
-    """The shape by the paper's own formulas."""
-
-    A1: float
-    A2: float
-    semi_axes_over_R: Pair
-    tangency_radius_over_R: float
-    mismatch_over_R: float
-    fillet_limit_over_R: float
-    tooth: ToothResult
-    conditions: list[InequalityResult]
-
-
-@dataclass(frozen=True)
 class ClutchGeometry(Record):
     """`planter clutch geometry`: everything of a clutch's shape."""
 
@@ -124,7 +111,6 @@ class ClutchGeometry(Record):
     linkage: list[Crank]
     conditions: list[InequalityResult]
     warnings: list[str]
-    printed: AsPrinted
 
 
 @dataclass(frozen=True)
@@ -183,27 +169,6 @@ class SwitchingDesign(Record):
 
 
 @dataclass(frozen=True)
-class ClutchBindingLimit(Record):
-    """A limit that holds an optimum, and the share of the file's own time that a share of the limit
-    is worth.
-    """
-
-    name: str
-    multiplier: float
-
-
-@dataclass(frozen=True)
-class SwitchingCertificate(Record):
-    """Certificate of an optimum."""
-
-    kkt_residual: float
-    active: list[ClutchBindingLimit]
-    agreeing_starts: int
-    spread: float
-    starts: int
-
-
-@dataclass(frozen=True)
 class FastestSwitching(Record):
     """`planter clutch optimise`: the least travel time that forces and space allow."""
 
@@ -213,10 +178,7 @@ class FastestSwitching(Record):
     start_violates: list[str]
     design: SwitchingDesign
     start_design: SwitchingDesign
-    stations: dict[str, list[float]]
-    least_margin_along: dict[str, float]
-    bounds: dict[str, Pair]
-    certificate: SwitchingCertificate
+    certificate: OptimalityCertificate
     assumes: list[str]
     seed: int
 

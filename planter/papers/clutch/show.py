@@ -59,9 +59,9 @@ class ReuleauxClutch:
         """The body as it turns in the smallest sleeve that lets it, which only its width
         changes.
         """
-        from planter.papers.clutch.geometry import SIDES, VERTICES
-        from planter.papers.clutch.report.drawings import build_rotor_scene
+        from planter.papers.clutch.model import SIDES, VERTICES
         from planter.papers.clutch.rotor import Rotor
+        from planter.papers.clutch.scene import build_rotor_scene
 
         width = self._geometry(values).R_mm
         if self._latest is None or self._latest[0] != width:
@@ -72,9 +72,13 @@ class ReuleauxClutch:
         """Return the single numbers of the shape, teeth and travel, and the loads of an engagement
         in one mode.
         """
-        from planter.papers.clutch.geometry import compute_geometry, control_motion, least_travel
         from planter.papers.clutch.modal_engagement import build_engagement
-        from planter.papers.clutch.model import collect_values
+        from planter.papers.clutch.model import (
+            collect_values,
+            compute_geometry,
+            control_motion,
+            least_travel,
+        )
 
         clutch = self._clutch(values)
         numbers, shape, loads = (
@@ -156,7 +160,7 @@ class ReuleauxClutch:
         return clutch
 
     def _geometry(self, values: Values) -> ClutchGeometry:
-        from planter.papers.clutch.geometry import compute_geometry
+        from planter.papers.clutch.model import compute_geometry
 
         return compute_geometry(self._clutch(values))
 

@@ -4,14 +4,13 @@ fastest switching.
 The fastest switching minimises the travel time with exact derivatives, by IPOPT, from several
 starts, and certifies the optimum. The links rise at a constant rate, so the time is the lift of the
 link over that rate; the sleeve makes the least travel that its axial angle allows. Forces and rod
-angle satisfy their limits at stations along the way.
+angle satisfy their limits at stations along the way, among which their peaks are.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from functools import cached_property
 from typing import Any
 
 import casadi as ca
@@ -23,35 +22,53 @@ from planter.engine.solvers.expressions import (
     SymbolicConstraints,
     SymbolicFunction,
 )
-from planter.engine.solvers.local_search import LocalMinimum, search_from_points
+from planter.engine.solvers.local_search import search_from_points
 from planter.engine.solvers.problem import Problem
-from planter.engine.solvers.result import OptimalityCertificate, certify_candidates
+from planter.engine.solvers.result import certify_candidates
 from planter.errors import ComputationError, InputError, Interrupted
 from planter.files import units
 from planter.kernels import Array
 from planter.numerics import extrema
 from planter.papers.clutch.file import ClutchFile
-from planter.papers.clutch.geometry import CrankLinkage, find_linkages, steepest_rod_angle
 from planter.papers.clutch.model import (
     build_condition,
     collect_values,
+    drive_link,
     evaluate_conditions,
+    find_linkages,
+    least_travel,
     load_model,
-    pack_crank,
+    steepest_rod_angle,
 )
 from planter.papers.clutch.results import (
-    ClutchBindingLimit,
     FastestSwitching,
-    InequalityResult,
     Rods,
     Sizes,
     Sizing,
-    SwitchingCertificate,
     SwitchingDesign,
 )
 
 BINDS = 1e-9
 """Share of its value below which a margin counts as none."""
+ALONG = {
+    "tooth_force": ("tooth force of crank gear and rack", "limits.tooth_force_N", "N"),
+    "rod_angle": ("angle of the rod", "limits.rod_angle_deg", "rad"),
+}
+"""What is limited all along the way, by its name in the derivation: meaning, limit and unit."""
+
+
+def list_limits(values: Mapping[str, Any]) -> Iterator[tuple[str, str, str, Any, int]]:
+    """Yield what the file limits, from values by their names in the derivation: meaning, path of
+    the limit, unit, value, and 1 for a largest or -1 for a least value.
+    """
+    length, force = values["d"] + values["c"], values["F_N"]
+    teeth = 2 * values["r_A"] / values["m"]
+    yield "outline of the body within the space", "wanted.space_radius_mm", "m", values["R1"], 1
+    yield "body and way of the sleeve within the space", "wanted.space_length_mm", "m", length, 1
+    yield "normal force of body and sleeve", "limits.normal_force_N", "N", force, 1
+    yield "length of the linkage", "limits.length_mm", "m", values["l_AC"] + values["c"], 1
+    yield "radius of the rack", "limits.rack_least_mm", "m", values["r_D"], -1
+    yield "teeth of the crank gear", "limits.teeth_least", "1", teeth, -1
 
 
 def size_clutch(clutch: ClutchFile) -> Sizing:
@@ -66,26 +83,40 @@ def size_clutch(clutch: ClutchFile) -> Sizing:
     Raises ComputationError if no hexagon or no rod exists.
     """
     values = compute_sizes(clutch)
-    linkage, rotation = _linkage(clutch, values)
-    rows = [
-        *evaluate_conditions(values),
-        *_space(clutch, values),
-        *_limits(clutch, values, linkage),
+    gears = {name: values[name] for name in ("k", "gamma")}
+    rotation = load_model().at("gears", alpha=clutch.si("lift_limit_deg"), **gears)["theta_AR"]
+    linkage = find_linkages(values["l_AB"], values["l_AC"], values["c"], rotation)[0]
+    ends = np.array([0.0, values["c"]])
+    push = load_model()(
+        "push", shift=ends, crank=linkage.packed, F1=values["F1"], r_A=values["r_A"]
+    )
+    steepest = steepest_rod_angle(linkage, values["c"])
+    largest = {"tooth_force": float(push["tooth_force"].max()), "rod_angle": steepest}
+    corners = "corners of the hexagonal hole within the space"
+    limits = [
+        (corners, "wanted.space_radius_mm", "m", values["a"], 1),
+        *list_limits(values),
+        *((*ALONG[name], value, 1) for name, value in largest.items()),
     ]
-    violated = sorted((c for c in rows if not c.holds), key=lambda c: c.share)
+    rows = list(evaluate_conditions(values))
+    for meaning, path, unit, value, sign in limits:
+        limit = clutch.si(path)
+        rows.append(build_condition(meaning, path, unit, sign * (limit - value), limit))
+    violated = sorted((row for row in rows if not row.holds), key=lambda row: row.share)
+    loose = (row for row in rows if abs(row.share) > BINDS)
     return Sizing(
         clutch=clutch.name,
         feasible=not violated,
-        binds=[c.condition for c in rows if abs(c.share) <= BINDS],
-        violated=[c.condition for c in violated],
-        tightest=min((c for c in rows if abs(c.share) > BINDS), key=lambda c: c.share).condition,
-        sizes=_to_sizes(values),
+        binds=[row.condition for row in rows if abs(row.share) <= BINDS],
+        violated=[row.condition for row in violated],
+        tightest=min(loose, key=lambda row: row.share).condition,
+        sizes=Sizes(**{k: values[name] / units.unit_factor(k) for k, name in SIZES.items()}),
         linkage=Rods(
             crank_mm=linkage.crank * 1e3,
             rod_mm=linkage.rod * 1e3,
             distance_mm=linkage.distance * 1e3,
             crank_rotation_deg=math.degrees(rotation),
-            rod_angle_deg=math.degrees(steepest_rod_angle(linkage, values["c"])),
+            rod_angle_deg=math.degrees(steepest),
         ),
         conditions=rows,
         assumes=list(ASSUMES[1:]),
@@ -96,97 +127,24 @@ def compute_sizes(clutch: ClutchFile) -> dict[str, float]:
     """Return the clutch's numbers in SI with fillet, teeth, hexagon, taper and body at their
     smallest sizes.
     """
+    model = load_model()
     values = collect_values(clutch) | {"c": clutch.si("wanted_travel_mm")}
-    wall = clutch.si("wall_mm")
-    values["r"] = load_model().at("fillet", flats=values["flats"])["r"]
-    teeth = load_model().at("teeth", flats=values["flats"], r=values["r"])
-    values |= {"b1": teeth["b1"], "b2": teeth["b2"], "xi": teeth["xi"]}
-    values["a"] = load_model().at("body", b2=values["b2"], wall=wall, d=values["d"], c=values["c"])[
-        "a"
-    ]
+    travel, length, wall = values["c"], values["d"], clutch.si("wall_mm")
+    values |= model.at("fillet", flats=values["flats"])
+    values |= model.at("teeth", flats=values["flats"], r=values["r"])
+    values |= model.at("body", b2=values["b2"], wall=wall, d=length, c=travel)
     if values["a"] <= 0:
         raise ComputationError(
-            f"no hexagon is large enough: over a body of {values['d'] * 1e3:.4g} mm a taper for a "
-            f"travel of {values['c'] * 1e3:.4g} mm takes off more than there is; the body must be "
+            f"no hexagon is large enough: over a body of {length * 1e3:.4g} mm a taper for a "
+            f"travel of {travel * 1e3:.4g} mm takes off more than there is; the body must be "
             "shorter or the travel longer"
         )
-    angle = load_model().at("angle", a=values["a"], c=values["c"])
-    values |= {"b": angle["b"], "phi": angle["phi"], "R2": values["b2"] + wall}
-    values["R1"] = load_model().at("taper", R2=values["R2"], d=values["d"], phi=values["phi"])["R1"]
-    values["R"] = load_model().at("polygon", a=values["a"])["R"]
-    return values
-
-
-def _linkage(clutch: ClutchFile, values: dict[str, float]) -> tuple[CrankLinkage, float]:
-    """Return the linkage for the travel, and the crank rotation [rad] from the lift of the link."""
-    lift = clutch.si("lift_limit_deg")
-    rotation = load_model().at("gears", alpha=lift, k=values["k"], gamma=values["gamma"])[
-        "theta_AR"
-    ]
-    return find_linkages(values["l_AB"], values["l_AC"], values["c"], rotation)[0], rotation
-
-
-def _space(clutch: ClutchFile, values: dict[str, float]) -> Iterator[InequalityResult]:
-    """Yield the inequalities of the space that the file provides."""
-    for subject, key, used in (
-        ("corners of the hexagonal hole within the space", "space_radius_mm", values["a"]),
-        ("outline of the body within the space", "space_radius_mm", values["R1"]),
-        (
-            "body and way of the sleeve within the space",
-            "space_length_mm",
-            values["d"] + values["c"],
-        ),
-    ):
-        available = clutch.si(key)
-        yield build_condition(subject, f"wanted.{key}", "m", available - used, available)
-
-
-def _limits(
-    clutch: ClutchFile, values: dict[str, float], linkage: CrankLinkage
-) -> Iterator[InequalityResult]:
-    """Yield the inequalities of forces, gears and rod by the limits of the file."""
+    values |= model.at("angle", a=values["a"], c=travel)
+    values["R2"] = values["b2"] + wall
+    values |= model.at("taper", R2=values["R2"], d=length, phi=values["phi"])
+    values["R"] = model.at("polygon", a=values["a"])["R"]
     sleeve = {name: values[name] for name in ("a", "phi", "mu", "F1", "F2")}
-    ends = (0.0, values["c"])
-    tooth = max(
-        load_model().at("push", shift=s, crank=linkage.packed, F1=values["F1"], r_A=values["r_A"])[
-            "tooth_force"
-        ]
-        for s in ends
-    )
-    limits = clutch.limits
-    for subject, key, unit, limit, used in (
-        (
-            "normal force of body and sleeve",
-            "normal_force_N",
-            "N",
-            limits.normal_force_N,
-            load_model().at("travel", **sleeve)["F_N"],
-        ),
-        ("tooth force of crank gear and rack", "tooth_force_N", "N", limits.tooth_force_N, tooth),
-        (
-            "angle of the rod",
-            "rod_angle_deg",
-            "rad",
-            clutch.si("limits.rod_angle_deg"),
-            steepest_rod_angle(linkage, values["c"]),
-        ),
-        (
-            "length of the linkage",
-            "length_mm",
-            "m",
-            clutch.si("limits.length_mm"),
-            linkage.distance + values["c"],
-        ),
-    ):
-        yield build_condition(subject, f"limits.{key}", unit, limit - used, limit)
-    min_radius = clutch.si("rack_least_mm")
-    yield build_condition(
-        "radius of the rack", "limits.rack_least_mm", "m", values["r_D"] - min_radius, min_radius
-    )
-    teeth = 2 * values["r_A"] / values["m"]
-    yield build_condition(
-        "teeth of the crank gear", "limits.teeth_least", "1", teeth - limits.teeth_least, teeth
-    )
+    return values | {"F_N": model.at("travel", **sleeve)["F_N"]}
 
 
 SIZES = {
@@ -204,10 +162,6 @@ SIZES = {
     "axial_angle_deg": "phi",
 }
 """Sizes by key, with their names in the derivation."""
-
-
-def _to_sizes(values: dict[str, float]) -> Sizes:
-    return Sizes(**{key: values[name] / units.unit_factor(key) for key, name in SIZES.items()})
 
 
 def build_refusal(sizing: Sizing) -> ComputationError:
@@ -228,131 +182,7 @@ BROKEN = 1e-8
 PEAK = 1e-6
 """Share of a limit by which a peak between stations may pass it."""
 ROUNDS = 8
-"""Largest number of times that a peak between stations becomes a station."""
-
-
-def optimise_clutch(clutch: ClutchFile, seed: int = 0, starts: int = STARTS) -> FastestSwitching:
-    """Return axial angle, gear ratio and linkage of the smallest travel time under the limits of
-    the file.
-
-    Raises InputError for bounds with linkages that do not close, ComputationError if no start ends
-    at a point that satisfies every limit.
-    """
-    switching = SwitchingProblem(clutch)
-    problem, file_design = switching.problem, switching.box.design
-    violated = [
-        switching.names[i] for i in np.flatnonzero(switching.margins.values(file_design) < -BROKEN)
-    ]
-    first = [problem.start, *np.random.default_rng(seed).random((starts - 1, len(VARIABLES)))]
-    for _ in range(ROUNDS):
-        try:
-            minima = search_from_points(problem, first, MOST_ITERATIONS)
-        except KeyboardInterrupt:
-            raise Interrupted(_build_unfinished(clutch, problem)) from None
-        good = [minimum for minimum in minima if minimum.settled]
-        if not good:
-            failure = ComputationError(_describe_failure(switching, problem, minima, starts, seed))
-            failure.partial = _build_unfinished(clutch, problem)
-            raise failure
-        best = min(good, key=lambda minimum: minimum.objective)
-        x = problem.design(best.u)
-        margins = switching.worst_along(x)
-        peaks = {limit: share for limit, (margin, share) in margins.items() if margin < -PEAK}
-        if not peaks:
-            break
-        stations = {
-            w: sorted({*at, *([peaks[w]] if w in peaks else [])})
-            for w, at in switching.stations.items()
-        }
-        switching, first = SwitchingProblem(clutch, stations), [minimum.u for minimum in good]
-        problem = switching.problem
-    return FastestSwitching(
-        clutch=clutch.name,
-        travel_time_s=best.objective,
-        start_travel_time_s=problem.reference.objective,
-        start_violates=violated,
-        design=SwitchingDesign(**_to_display_units(x)),
-        start_design=SwitchingDesign(**_to_display_units(file_design)),
-        stations={limit: list(at) for limit, at in switching.stations.items()},
-        least_margin_along={limit: margin for limit, (margin, _) in margins.items()},
-        bounds=_bounds(switching),
-        certificate=_to_certificate(
-            certify_candidates(problem, best.u, good), problem.scale, starts
-        ),
-        assumes=list(ASSUMES),
-        seed=seed,
-    )
-
-
-def _to_certificate(
-    proof: OptimalityCertificate, scale: float, starts: int
-) -> SwitchingCertificate:
-    """The certificate; a multiplier is the share of the file's own time that a share of the limit
-    is worth.
-    """
-    active = [(bound.name, bound.multiplier) for bound in proof.active_constraints]
-    active += [
-        (f"{bound.name} at its {bound.side} bound", bound.multiplier)
-        for bound in proof.active_bounds
-    ]
-    return SwitchingCertificate(
-        kkt_residual=proof.kkt_residual,
-        active=[ClutchBindingLimit(name, multiplier / scale) for name, multiplier in active],
-        agreeing_starts=proof.agreeing_starts,
-        spread=proof.spread / scale,
-        starts=starts,
-    )
-
-
-def _to_display_units(x: Array) -> dict[str, float]:
-    return {
-        key: float(value) / units.unit_factor(key) for key, value in zip(VARIABLES, x, strict=True)
-    }
-
-
-def _bounds(switching: SwitchingProblem) -> dict[str, tuple[float, float]]:
-    lower, upper = _to_display_units(switching.box.lower), _to_display_units(switching.box.upper)
-    return {key: (lower[key], upper[key]) for key in VARIABLES}
-
-
-def _describe_failure(
-    switching: SwitchingProblem,
-    problem: Problem,
-    minima: list[LocalMinimum],
-    starts: int,
-    seed: int,
-) -> str:
-    """Return the message that says what was tried, and which limit the best of the points violates
-    most.
-    """
-    margins = [switching.margins.values(problem.design(minimum.u)) for minimum in minima]
-    best = max(margins, key=lambda m: float(m.min()))
-    attempts = f"{starts} start{'s' if starts > 1 else ''} with seed {seed}"
-    return (
-        f"no design that satisfies all limits was found within the bounds, from {attempts}: "
-        f"{switching.names[int(best.argmin())]} fails by {-100 * best.min():.3g} % of its limit "
-        f"at the closest design"
-    )
-
-
-def _build_unfinished(clutch: ClutchFile, problem: Problem) -> dict[str, Any] | None:
-    """Return the best point of a search, or the closest to satisfying the limits, None if it has
-    met none.
-    """
-    best, closest = problem.best, problem.closest
-    u = best.u if best is not None else None if closest is None else closest.u
-    if u is None:
-        return None
-    objective = None if best is None else best.objective
-    design = _to_display_units(problem.design(u))
-    return {
-        "clutch": clutch.name,
-        "design": design,
-        "travel_time_s": objective,
-        "met": best is not None,
-    }
-
-
+"""Largest number of times that peaks between stations become stations."""
 VARIABLES = {
     "axial_angle_deg": ("phi", "axial_angle_bounds_deg"),
     "ratio": ("k", "ratio_bounds"),
@@ -366,167 +196,161 @@ ASSUMES = (
     "the sleeve is pushed with the engaging force all along its way",
     "no friction in crank, rod and gears",
 )
-STATIONS = (0.0, 0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875, 1.0)
+STATIONS = tuple(np.linspace(0, 1, 9).tolist())
 """Places along the way, as shares of it, at which limits are imposed first."""
-ALONG = {"tooth force": "tooth_force", "rod angle": "rod_angle"}
-"""What is limited all along the way: its name, and its name in the derivation."""
 _DENSE = np.linspace(0, 1, 401)
 
 
-class SwitchingProblem:
-    """The least travel time of a clutch as a problem over its `VARIABLES`, x (5,) in SI.
+def optimise_clutch(clutch: ClutchFile, seed: int = 0, starts: int = STARTS) -> FastestSwitching:
+    """Return axial angle, gear ratio and linkage of the smallest travel time under the limits of
+    the file.
 
-    `stations` are the places along the way, as shares of it, at which each limit of `ALONG` is
-    imposed.
-
-    Raises InputError if the bounds of the file contain linkages that do not close.
+    Raises InputError for bounds with linkages that do not close, ComputationError if no start ends
+    at a point that satisfies every limit.
     """
-
-    def __init__(
-        self, clutch: ClutchFile, stations: Mapping[str, Sequence[float]] | None = None
-    ) -> None:
-        self.clutch, self.values = clutch, collect_values(clutch)
-        self.stations = dict(stations) if stations else dict.fromkeys(ALONG, STATIONS)
-        self._limits = {
-            "tooth force": clutch.limits.tooth_force_N,
-            "rod angle": clutch.si("limits.rod_angle_deg"),
-        }
-        bounds = np.array(
-            [[clutch.si(f"search.{key}[{i}]") for i in (0, 1)] for _, key in VARIABLES.values()]
-        )
-        lower, upper = bounds.T
-        design = np.array([self.values[name] for name, _ in VARIABLES.values()])
-        self.box = DesignBox.shares(tuple(VARIABLES), lower, upper, np.clip(design, lower, upper))
-        self.values |= self.design(lower)
-        self._check_closure()
-
-    def design(self, x: Array) -> dict[str, float]:
-        """The variables in SI under their names in the derivation."""
-        return {name: float(value) for (name, _), value in zip(VARIABLES.values(), x, strict=True)}
-
-    @cached_property
-    def names(self) -> list[str]:
-        """Names of the limits, in their order."""
-        stations = [
-            f"{limit} at {100 * share:.4g} % of the way"
-            for limit in ALONG
-            for share in self.stations[limit]
-        ]
-        return [
-            "normal force",
-            "length",
-            "rack radius",
-            "teeth",
-            "outline in the space",
-            "body and way in the space",
-            "lift of the link",
-            *stations,
-        ]
-
-    @cached_property
-    def problem(self) -> Problem:
-        """The travel time [s], with the margins as shares of their limits, which must be
-        positive.
-        """
-        return Problem(
-            SmoothObjective(SymbolicFunction(self._x, self._expressions[0]), len(VARIABLES)),
-            self.box,
-            self.margins,
-        )
-
-    @cached_property
-    def margins(self) -> SymbolicConstraints:
-        """The limits as constraints, one component each: its margin as a share of it."""
-        count = len(self.names)
-        bounds = np.zeros(count), np.full(count, np.inf)
-        return SymbolicConstraints(
-            self._x,
-            self._expressions[1],
-            bounds,
-            [NamedConstraint(n) for n in self.names],
-            np.arange(count),
-        )
-
-    @cached_property
-    def _x(self) -> ca.SX:
-        return ca.SX.sym("x", len(VARIABLES))
-
-    @cached_property
-    def _expressions(self) -> tuple[ca.SX, ca.SX]:
-        """The travel time [s], and the margins as shares of their limits."""
-        return self._time_and_margins(*ca.vertsplit(self._x))
-
-    def _time_and_margins(self, phi: ca.SX, k: ca.SX, *lengths: ca.SX) -> tuple[ca.SX, ca.SX]:
-        v, si, limits = self.values, self.clutch.si, self.clutch.limits
-        packed, span = ca.vertcat(*lengths), v["r_A"] + v["r_D"]
-        forces = _entries("travel", v["a"], phi, v["mu"], v["F1"], v["F2"])
-        c = forces["c_min"]
-        rotation = _entries("limit", packed, c, v["r_A"], v["m"])["theta_Amax"]
-        drive = _entries("drive", k, span, v["gamma"], rotation)
-        way = [
-            1
-            - _entries("push", c * share, packed, v["F1"], drive["r_A"])[name] / self._limits[limit]
-            for limit, name in ALONG.items()
-            for share in self.stations[limit]
-        ]
-        outline = _entries("taper", v["R2"], v["d"], phi)["R1"]
-        rack, lift = si("rack_least_mm"), si("lift_limit_deg")
-        margins = [
-            1 - forces["F_N"] / limits.normal_force_N,
-            1 - (lengths[2] + c) / si("limits.length_mm"),
-            drive["r_D"] / rack - 1,
-            2 * drive["r_A"] / v["m"] / limits.teeth_least - 1,
-            1 - outline / si("space_radius_mm"),
-            1 - (v["d"] + c) / si("space_length_mm"),
-            1 - drive["alpha_max"] / lift,
-            *way,
-        ]
-        return drive["lift"] / self.clutch.search.lift_rad_s, ca.vertcat(*margins)
-
-    def worst_along(self, x: Array) -> dict[str, tuple[float, float]]:
-        """Return smallest margin and position, as shares, of each limit of `ALONG` over the way at
-        a design x.
-        """
-        design = self.values | self.design(x)
-        c = load_model().at(
-            "travel", **{key: design[key] for key in ("a", "phi", "mu", "F1", "F2")}
-        )["c_min"]
-        span = self.values["r_A"] + self.values["r_D"]
-        r_A = load_model().at(
-            "drive", k=design["k"], span=span, gamma=design["gamma"], theta_Amax=0.0
-        )["r_A"]
-        margins = {}
-        for limit, name in ALONG.items():
-
-            def margin(share: Array, limit: str = limit, name: str = name) -> Array:
-                at = load_model()(
-                    "push", shift=c * share, crank=pack_crank(design), F1=design["F1"], r_A=r_A
-                )
-                return 1 - at[name] / self._limits[limit]
-
-            minimum = extrema.find_minimum(margin, _DENSE)
-            margins[limit] = minimum.value, minimum.place
-        return margins
-
-    def _check_closure(self) -> None:
-        """Every linkage in the box closes over the longest travel in it."""
-        travel_inputs = {key: self.values[key] for key in ("a", "mu", "F1", "F2")}
-        longest = load_model().at("travel", phi=self.box.lower[0], **travel_inputs)["c_min"]
-        (shortest, min_rod, min_distance), (_, max_rod, max_distance) = (
-            self.box.lower[2:],
-            self.box.upper[2:],
-        )
-        low, high = max_distance + longest - shortest, shortest + min_distance
-        if not (low < min_rod and max_rod < high):
-            raise self.clutch.input_error(
-                "search.rod_bounds_mm",
-                f"it must lie between {low * 1e3:.6g} and {high * 1e3:.6g}, where crank and rod "
-                f"always meet",
-                InputError,
+    stations: Sequence[float] = STATIONS
+    random = np.random.default_rng(seed).random((starts - 1, len(VARIABLES)))
+    first: list[Array] = []
+    for _ in range(ROUNDS):
+        problem = build_switching(clutch, stations)
+        try:
+            minima = search_from_points(problem, first or [problem.start, *random], MOST_ITERATIONS)
+        except KeyboardInterrupt:
+            raise Interrupted(_build_unfinished(clutch, problem)) from None
+        good = [minimum for minimum in minima if minimum.settled]
+        if not good:
+            attempts = f"{starts} start{'s' if starts > 1 else ''} with seed {seed}"
+            closest = max(find_worst(problem, minimum.u) for minimum in minima)
+            failure = ComputationError(
+                f"no design that satisfies all limits was found within the bounds, from "
+                f"{attempts}: {closest[1]} fails by {-100 * closest[0]:.3g} % of its limit at the "
+                f"closest design"
             )
+            failure.partial = _build_unfinished(clutch, problem)
+            raise failure
+        best = min(good, key=lambda minimum: minimum.objective)
+        peaks = find_peaks(clutch, problem.design(best.u))
+        passed = [place for margin, place in peaks if margin < -PEAK]
+        if not passed:
+            break
+        stations, first = sorted({*stations, *passed}), [minimum.u for minimum in good]
+    start = problem.box.design
+    constraints = problem.constraints
+    assert constraints is not None
+    broken = constraints.owner[constraints.values(start) < -BROKEN]
+    return FastestSwitching(
+        clutch=clutch.name,
+        travel_time_s=best.objective,
+        start_travel_time_s=problem.reference.objective,
+        start_violates=[constraints.kinds[k].name for k in np.unique(broken)],
+        design=SwitchingDesign(**_to_display_units(problem.design(best.u))),
+        start_design=SwitchingDesign(**_to_display_units(start)),
+        certificate=certify_candidates(problem, best.u, good),
+        assumes=list(ASSUMES),
+        seed=seed,
+    )
 
 
-def _entries(stage: str, *arguments: ca.SX | float) -> dict[str, ca.SX]:
-    """The outputs of a stage of the exact model, by name."""
-    packed = load_model().function(stage)(*arguments)
-    return dict(zip(load_model().outputs(stage), ca.vertsplit(packed), strict=True))
+def _to_display_units(x: Array) -> dict[str, float]:
+    return {
+        key: float(value) / units.unit_factor(key) for key, value in zip(VARIABLES, x, strict=True)
+    }
+
+
+def find_worst(problem: Problem, u: Array) -> tuple[float, str]:
+    """Return the smallest margin at a point, as a share of its limit, and what is limited."""
+    constraints = problem.constraints
+    assert constraints is not None
+    margins = constraints.values(problem.design(u))
+    worst = int(margins.argmin())
+    return float(margins[worst]), constraints.kinds[constraints.owner[worst]].name
+
+
+def _build_unfinished(clutch: ClutchFile, problem: Problem) -> dict[str, Any] | None:
+    """Return the best point of a search, or the closest to satisfying the limits, None if it has
+    met none.
+    """
+    point = problem.best or problem.closest
+    if point is None:
+        return None
+    return {
+        "clutch": clutch.name,
+        "design": _to_display_units(problem.design(point.u)),
+        "travel_time_s": None if problem.best is None else problem.best.objective,
+        "met": problem.best is not None,
+    }
+
+
+def build_switching(clutch: ClutchFile, stations: Sequence[float] = STATIONS) -> Problem:
+    """Return the least travel time [s] of a clutch as a problem over its `VARIABLES`, x (5,) in SI.
+
+    Margins are shares of their limits; those of `ALONG` are imposed at `stations`, shares of the
+    way. Raises InputError if the bounds of the file contain linkages that do not close.
+    """
+    v: dict[str, Any] = dict(collect_values(clutch))
+    bounds = np.array(
+        [[clutch.si(f"search.{key}[{i}]") for i in (0, 1)] for _, key in VARIABLES.values()]
+    )
+    lower, upper = bounds.T
+    design = np.array([v[name] for name, _ in VARIABLES.values()])
+    box = DesignBox.shares(tuple(VARIABLES), lower, upper, np.clip(design, lower, upper))
+    _check_closure(clutch, box)
+    model, x = load_model(), ca.SX.sym("x", len(VARIABLES))
+    span = v["r_A"] + v["r_D"]
+    v |= {name: x[i] for i, (name, _) in enumerate(VARIABLES.values())} | {"span": span}
+    v |= model.composed("travel", v)
+    v["c"] = v["c_min"]
+    v |= model.composed("limit", v)
+    v |= model.composed("drive", v)
+    v |= model.composed("taper", v)
+    limits = [*list_limits(v)]
+    limits.append(("lift of the link", "wanted.lift_limit_deg", "rad", v["alpha_max"], 1))
+    kinds = [NamedConstraint(meaning) for meaning, *_ in limits]
+    rows = [sign * (1 - value / clutch.si(path)) for _, path, _, value, sign in limits]
+    owner = list(range(len(rows)))
+    for name, (meaning, path, _) in ALONG.items():
+        for share in stations:
+            push = model.composed("push", {**v, "shift": v["c"] * share})
+            rows.append(1 - push[name] / clutch.si(path))
+            owner.append(len(kinds))
+        kinds.append(NamedConstraint(meaning))
+    ends = np.zeros(len(rows)), np.full(len(rows), np.inf)
+    time = SymbolicFunction(x, v["lift"] / clutch.search.lift_rad_s)
+    constraints = SymbolicConstraints(x, ca.vertcat(*rows), ends, kinds, np.array(owner))
+    return Problem(SmoothObjective(time, len(VARIABLES)), box, constraints)
+
+
+def find_peaks(clutch: ClutchFile, x: Array) -> list[tuple[float, float]]:
+    """Return smallest margin and place, as shares, of each limit of `ALONG` over the way at a
+    design x.
+    """
+    values = collect_values(clutch)
+    names = (name for name, _ in VARIABLES.values())
+    values |= dict(zip(names, x.tolist(), strict=True))
+    travel = least_travel(values, values["phi"])
+    linkage = [values["l_AB"], values["l_BC"], values["l_AC"]]
+    push = {"crank": linkage, "F1": values["F1"], "r_A": drive_link(values, 0.0)["r_A"]}
+    peaks = []
+    for name, (_, path, _) in ALONG.items():
+
+        def margin(share: Array, name: str = name, limit: float = clutch.si(path)) -> Array:
+            return 1 - load_model()("push", shift=travel * share, **push)[name] / limit
+
+        peak = extrema.find_minimum(margin, _DENSE)
+        peaks.append((peak.value, peak.place))
+    return peaks
+
+
+def _check_closure(clutch: ClutchFile, box: DesignBox) -> None:
+    """Raise InputError unless every linkage in the box closes over the longest travel in it."""
+    longest = least_travel(collect_values(clutch), box.lower[0])
+    shortest, min_rod, min_distance = box.lower[2:]
+    _, max_rod, max_distance = box.upper[2:]
+    low, high = max_distance + longest - shortest, shortest + min_distance
+    if not (low < min_rod and max_rod < high):
+        raise clutch.input_error(
+            "search.rod_bounds_mm",
+            f"it must lie between {low * 1e3:.6g} and {high * 1e3:.6g}, where crank and rod "
+            f"always meet",
+            InputError,
+        )

@@ -1,6 +1,5 @@
 """The angle curve and its file: rotation of the arm relative to the carrier over a cycle, a
-periodic C2 cubic.
-"""
+periodic C2 cubic."""
 
 from __future__ import annotations
 

@@ -20,7 +20,6 @@ from contextlib import suppress
 from dataclasses import dataclass
 from itertools import combinations
 from math import comb
-from typing import Literal
 
 import numpy as np
 import scipy
@@ -29,6 +28,7 @@ from numpy.typing import NDArray
 from planter.errors import ComputationError, InputError
 from planter.kernels import Array
 from planter.papers.mapping import model
+from planter.papers.mapping.results import Pair, StraightFound
 
 Complex = NDArray[np.complex128]
 
@@ -200,8 +200,6 @@ line.
 _SAME_DYAD = 1e-6
 """Relative difference below which two local minima are one dyad."""
 
-Kind = Literal["slider", "swinging line"]
-
 
 @dataclass(frozen=True)
 class Dyad:
@@ -219,21 +217,10 @@ class Dyad:
         """x, y, X, Y, radius (5,), as the generated functions take it."""
         return np.array([*self.point, *self.centre, self.radius])
 
-
-@dataclass(frozen=True)
-class Straight:
-    """A dyad with a hinge at infinity.
-
-    A slider: a `point` of the body stays on the line `normal . (X, Y) = offset` [m] of the fixed
-    frame. A swinging line: the line `normal . (x, y) = offset` of the body stays on a `point` of
-    the fixed frame.
-    """
-
-    kind: Kind
-    point: Array
-    normal: Array
-    offset: float
-    multiplicity: int = 1
+    def carrier_angles(self, poses: Array) -> Array:
+        """Directions (n,) [rad] from the fixed to the moving hinge in poses (n, 3)."""
+        dx, dy = (model.place_point(poses, self.point) - self.centre).T
+        return np.arctan2(dy, dx)
 
 
 @dataclass(frozen=True)
@@ -245,7 +232,7 @@ class Solution:
     """
 
     dyads: list[Dyad]
-    straights: list[Straight]
+    straights: list[StraightFound]
     complex_roots: int
     orientations: int
     singular_values: Array
@@ -281,8 +268,8 @@ class Scale:
         """Return a dyad (5,) about the middle of the poses, in parts of their size."""
         return np.array([*dyad.point, *(dyad.centre - self.middle), dyad.radius]) / self.size
 
-    def restore_line(self, kind: Kind, line: Array, multiplicity: int) -> Straight:
-        """Return the dyad with a hinge at infinity [m] of point, normal and offset (5,) in parts of
+    def restore_line(self, kind: str, line: Array, multiplicity: int) -> StraightFound:
+        """Return the dyad with a hinge at infinity of point, normal and offset (5,) in parts of
         the size.
         """
         length = float(np.hypot(*line[2:4]))
@@ -291,7 +278,14 @@ class Scale:
             offset, point = offset + normal @ self.middle, line[:2] * self.size
         else:
             point = line[:2] * self.size + self.middle
-        return Straight(kind, point, normal, float(offset), multiplicity)
+        offset_mm = 1e3 * float(offset)
+        return StraightFound(kind, to_pair(point * 1e3), to_pair(normal), offset_mm, multiplicity)
+
+
+def to_pair(place: Array) -> Pair:
+    """Return the two coordinates of a place (2,)."""
+    x, y = place
+    return float(x), float(y)
 
 
 def distinct(poses: Array) -> Array:
@@ -354,20 +348,20 @@ def on_plane(inside: Array, basis: Array, scale: Scale, values: Array) -> Soluti
 
 def build_dyad(
     inside: Array, p: Array, scale: Scale, multiplicity: int = 1
-) -> Dyad | Straight | None:
+) -> Dyad | StraightFound | None:
     """Return the dyad of a real unit vector (8,) of the null space; None for a direction of the
     body alone.
     """
     fixed, moving = float(np.hypot(p[3], p[4])), float(np.hypot(p[1], p[2]))
     if abs(p[0]) > STRAIGHT * max(fixed, moving):
-        vector = polish_dyad(inside, model.compute_hinges(p))
+        vector = polish_dyad(inside, model.place_dyad("dyad", p))
         _check(inside, vector)
         return scale.restore_dyad(vector, multiplicity)
     if max(fixed, moving) <= STRAIGHT:
         return None
     if fixed >= moving:
-        return scale.restore_line("slider", model.compute_slider(p), multiplicity)
-    return scale.restore_line("swinging line", model.compute_swinging_line(p), multiplicity)
+        return scale.restore_line("slider", model.place_dyad("slider", p), multiplicity)
+    return scale.restore_line("swinging line", model.place_dyad("swinging", p), multiplicity)
 
 
 def polish_dyad(inside: Array, hinges: Array) -> Array:
@@ -402,7 +396,7 @@ def _check(inside: Array, vector: Array) -> None:
         )
 
 
-def find_family(poses: Array) -> tuple[list[Dyad], list[Straight]]:
+def find_family(poses: Array) -> tuple[list[Dyad], list[StraightFound]]:
     """Return members of the family of dyads that pass all poses (n, 3): with both hinges by radius,
     and the others.
 
@@ -416,7 +410,7 @@ def find_family(poses: Array) -> tuple[list[Dyad], list[Straight]]:
     scale = Scale.from_poses(poses)
     inside = scale.normalise(separate)
     basis, values = null_space(inside)
-    members: list[Dyad | Straight | None]
+    members: list[Dyad | StraightFound | None]
     if basis.shape[1] == 8 - CONDITIONS:
         members = [build_dyad(inside, p, scale) for cut in _lines(basis) for p in _on_line(cut)]
     else:
@@ -429,7 +423,9 @@ def find_family(poses: Array) -> tuple[list[Dyad], list[Straight]]:
     dyads = [
         d for d in members if isinstance(d, Dyad) and max(d.radius, np.hypot(*d.point)) < reach
     ]
-    return sorted(dyads, key=lambda d: d.radius), [m for m in members if isinstance(m, Straight)]
+    return sorted(dyads, key=lambda d: d.radius), [
+        m for m in members if isinstance(m, StraightFound)
+    ]
 
 
 def _on_line(cut: Array) -> list[Array]:

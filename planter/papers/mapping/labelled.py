@@ -14,11 +14,11 @@ if TYPE_CHECKING:
 def draw(source: str, changes: Mapping[str, float]) -> list[Sheet]:
     """Return the sheets of the poses in a file, or of the built-in ones of that name."""
     from planter.papers.mapping.file import load_poses
-    from planter.papers.mapping.scene import sheets
+    from planter.papers.mapping.scene import draw_sheets
     from planter.papers.mapping.synthesis import synthesise
 
     synthesis = synthesise(load_poses(source, changes))
-    return sheets(synthesis, _train(synthesis))
+    return draw_sheets(synthesis, _train(synthesis))
 
 
 def _train(synthesis: Synthesis) -> Training | None:

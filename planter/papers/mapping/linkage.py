@@ -23,8 +23,8 @@ from numpy.typing import NDArray
 from planter.kernels import Array
 from planter.numerics.arrays import TURN, wrap_angle
 from planter.papers.mapping import model
-from planter.papers.mapping.dyads import Dyad
-from planter.papers.mapping.results import AtPose, Back, Pair
+from planter.papers.mapping.dyads import Dyad, to_pair
+from planter.papers.mapping.results import AtPose, Back, DefectsFound
 
 Type = Literal["crank-rocker", "double-crank", "double-rocker", "non-grashof"]
 _ROUNDING = 1e-12
@@ -206,8 +206,7 @@ def standings(linkage: FourBar, poses: Array) -> list[AtPose]:
     first, second = (
         model.place_point(poses, dyad.point) for dyad in (linkage.crank, linkage.follower)
     )
-    dx, dy = (first - linkage.crank.centre).T
-    theta, assembly = np.arctan2(dy, dx), linkage.assembly(first, second)
+    theta, assembly = linkage.crank.carrier_angles(poses), linkage.assembly(first, second)
     phi = linkage.arm_angle(theta, assembly)
     missed = np.hypot(*(linkage.tip(theta, phi) - poses[:, :2].T))
     turned = wrap_angle(phi - poses[:, 2])
@@ -227,26 +226,10 @@ def standings(linkage: FourBar, poses: Array) -> list[AtPose]:
     ]
 
 
-def to_pair(place: Array) -> Pair:
-    """Return the two coordinates of a place (2,)."""
-    x, y = place
-    return float(x), float(y)
+def find_defects(linkage: FourBar, positions: Sequence[AtPose]) -> tuple[DefectsFound, int]:
+    """Return the defects of a linkage for its poses, and the sense of the crank, 0 without an order.
 
-
-@dataclass(frozen=True)
-class Defects:
-    """Defects of a linkage for its poses; `sense` is that of the crank if the order is right, else
-    0.
-    """
-
-    order: bool
-    branch: bool
-    circuit: bool
-    sense: int
-
-
-def defects(linkage: FourBar, positions: Sequence[AtPose]) -> Defects:
-    """Circuit defect: poses on different circuits.
+    Circuit defect: poses on different circuits.
 
     Branch defect: on one circuit, but on branches of it that the driving crank does not lead into
     each other. Order defect: not met in their order, in either sense.
@@ -269,7 +252,7 @@ def defects(linkage: FourBar, positions: Sequence[AtPose]) -> Defects:
         }
         senses = [in_order(circuit_positions) for circuit_positions in places.values()]
         sense = 0 if 0 in senses else senses[0]
-    return Defects(sense == 0, branch, len(circuits) > 1, sense)
+    return DefectsFound(sense == 0, branch, len(circuits) > 1), sense
 
 
 def in_order(angles: Sequence[float]) -> int:

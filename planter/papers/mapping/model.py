@@ -4,43 +4,38 @@ strict call.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from functools import cache
 
 import numpy as np
 
-from planter.kernels import Array, Kernel, generated
+from planter.kernels import Array, Kernel
+from planter.kernels.formulas import load
 
-_MODULE = "mapping_exact"
+MODEL = "mapping_exact"
+"""The generated formulas of the mapping."""
+
+
+def _evaluate(stage: str, **inputs: object) -> Array:
+    """Return the outputs of a stage as rows (k, n)."""
+    return np.array([*load(MODEL)(stage, **inputs).values()])
 
 
 @cache
-def _kernel(name: str, lanes: tuple[str, ...], slopes: tuple[str, ...] = ()) -> Kernel:
-    """A generated function, with its Jacobians in the inputs `slopes` as further outputs."""
-    function = getattr(generated.module(_MODULE), name)()
-    if slopes:
-        outputs = [f"{name}_out", *(f"jac:{name}_out:{variable}" for variable in slopes)]
-        function = function.factory(name, function.name_in(), outputs)
-    return Kernel(function, lanes=lanes)
-
-
-def _value(name: str, lanes: Sequence[str], **inputs: object) -> Array:
-    return _kernel(name, tuple(lanes))(**inputs)[f"{name}_out"]
-
-
-def assumptions() -> list[str]:
-    """Return the assumptions of the derivation."""
-    return list(generated.sidecar(_MODULE)["assumptions"])
+def _build_slopes(stage: str, lanes: tuple[str, ...], variables: tuple[str, ...]) -> Kernel:
+    """Return a stage with its Jacobians in some inputs as further outputs."""
+    function = load(MODEL).function(stage)
+    outputs = [f"{stage}_out", *(f"jac:{stage}_out:{name}" for name in variables)]
+    return Kernel(function.factory(stage, function.name_in(), outputs), lanes=lanes)
 
 
 def image(poses: Array) -> Array:
     """Mapping parameters Z (n, 4) of poses (n, 3): x, y [m], angle [rad]."""
-    return _value("image", ["pose"], pose=poses.T).T
+    return _evaluate("image", pose=poses.T).T
 
 
 def rows(poses: Array) -> Array:
     """Rows (n, 8) of the linear system (4) of sun2019 for poses (n, 3)."""
-    return _value("row", ["image"], image=image(poses).T).T
+    return _evaluate("row", image=image(poses).T).T
 
 
 def conics(basis: Array) -> tuple[Array, Array]:
@@ -48,7 +43,7 @@ def conics(basis: Array) -> tuple[Array, Array]:
     space.
     """
     first, second, third = basis.T
-    entries = _value("conics", (), v_alpha=first, v_beta=second, v_gamma=third)[:, 0]
+    entries = _evaluate("conics", v_alpha=first, v_beta=second, v_gamma=third)[:, 0]
     return _symmetric(entries[:6]), _symmetric(entries[6:])
 
 
@@ -58,50 +53,42 @@ def _symmetric(k: Array) -> Array:
     return np.array([[k[0], half[2], half[3]], [half[2], k[1], half[4]], [half[3], half[4], k[5]]])
 
 
-def compute_hinges(p: Array) -> Array:
-    """Moving hinge x, y and fixed hinge X, Y (4,) of a vector (8,) of the null space whose first
-    entry is not zero.
+def place_dyad(kind: str, p: Array) -> Array:
+    """Return the hinges of a vector (8,) of the null space, by its kind.
+
+    "dyad": moving hinge x, y and fixed hinge X, Y (4,), for a first entry that is not zero.
+    "slider": moving hinge x, y, normal and offset (5,) of its line in the fixed frame, for a0 = 0.
+    "swinging": fixed hinge X, Y, normal and offset (5,) of the body's line through it, for a0 = a1
+    = a2 = 0.
     """
-    return _value("dyad", (), coefficients=p)[:, 0]
-
-
-def compute_slider(p: Array) -> Array:
-    """Moving hinge x, y, normal and offset (5,) of its line in the fixed frame, for a vector with
-    a0 = 0.
-    """
-    return _value("slider", (), coefficients=p)[:, 0]
-
-
-def compute_swinging_line(p: Array) -> Array:
-    """Fixed hinge X, Y, normal and offset (5,) of the body's line through it, for a vector with a0
-    = a1 = a2 = 0.
-    """
-    return _value("swinging", (), coefficients=p)[:, 0]
+    return _evaluate(kind, coefficients=p)[:, 0]
 
 
 def place_point(poses: Array, point: Array) -> Array:
     """Places (n, 2) of a point of the body (2,) in poses (n, 3)."""
-    return _value("hinge", ["pose"], pose=poses.T, point=point).T
+    return _evaluate("hinge", pose=poses.T, point=point).T
 
 
 def squares(poses: Array, dyad: Array) -> tuple[Array, Array]:
     """Distance of the hinges squared less the radius squared (n,), and its derivatives (n, 5) in x,
     y, X, Y, radius.
     """
-    outputs = _kernel("distance", ("pose",), ("dyad",))(pose=poses.T, dyad=dyad)
+    outputs = _build_slopes("distance", ("pose",), ("dyad",))(pose=poses.T, dyad=dyad)
     return outputs["distance_out"][0], outputs["jac_distance_out_dyad"].reshape(len(poses), 5)
 
 
 def arm(theta: Array, phi: Array, dyad: Array) -> Array:
     """Tip x, y and moving hinge X, Y (4, n) for angles of carrier and arm (n,) on a dyad (5,)."""
-    return _value("arm", ["theta", "phi"], theta=theta, phi=phi, crank=dyad)
+    return _evaluate("arm", theta=theta, phi=phi, crank=dyad)
 
 
 def arm_slopes(theta: Array, phi: Array, dyad: Array) -> tuple[Array, Array, Array]:
     """Return the values of `arm`, and the derivatives (4, n) in the angle of the carrier and in
     that of the arm.
     """
-    outputs = _kernel("arm", ("theta", "phi"), ("theta", "phi"))(theta=theta, phi=phi, crank=dyad)
+    outputs = _build_slopes("arm", ("theta", "phi"), ("theta", "phi"))(
+        theta=theta, phi=phi, crank=dyad
+    )
     return outputs["arm_out"], outputs["jac_arm_out_theta"], outputs["jac_arm_out_phi"]
 
 
@@ -109,19 +96,17 @@ def loop(theta: Array, crank: Array, follower: Array) -> Array:
     """A, B, C (3, n) of the closed loop A cos(phi) + B sin(phi) + C = 0 of two dyads (5,) at crank
     angles (n,).
     """
-    return _value("loop", ["theta"], theta=theta, crank=crank, follower=follower)
+    return _evaluate("loop", theta=theta, crank=crank, follower=follower)
 
 
 def evaluate_closure(theta: Array, phi: Array, crank: Array, follower: Array) -> Array:
     """The closure and its derivatives in crank and arm angle (3, n)."""
-    return _value("closed", ["theta", "phi"], theta=theta, phi=phi, crank=crank, follower=follower)
+    return _evaluate("closed", theta=theta, phi=phi, crank=crank, follower=follower)
 
 
 def transmission(theta: Array, phi: Array, crank: Array, follower: Array) -> Array:
     """Angle (n,) [rad] between coupler and follower, in [0, pi]."""
-    across, axial = _value(
-        "transmission", ["theta", "phi"], theta=theta, phi=phi, crank=crank, follower=follower
-    )
+    across, axial = _evaluate("transmission", theta=theta, phi=phi, crank=crank, follower=follower)
     return np.arctan2(np.abs(across), axial)
 
 
@@ -129,18 +114,15 @@ def gears(slope: Array, x_s: float, distance: float) -> dict[str, Array]:
     """Ratios, pitch radii and rates of the polar angles (n,) by their names, for positive slopes
     (n,).
     """
-    rates = _value("gears", ["slope"], slope=-slope, x_s=x_s, a=distance)
-    names = (entry["name"] for entry in generated.sidecar(_MODULE)["vectors"]["gears_out"])
-    return dict(zip(names, rates, strict=True))
+    return load(MODEL)("gears", slope=-slope, x_s=x_s, a=distance)
 
 
 def curvature(slope: Array, dslope: Array, ddslope: Array, x_s: float, distance: float) -> Array:
     """Curvatures (4, n) [1/m] of the pitch curves, positive where convex; slopes as in `gears`, and
     derivatives.
     """
-    lanes = ["slope", "dslope", "ddslope"]
-    return _value(
-        "curvature", lanes, slope=-slope, dslope=-dslope, ddslope=-ddslope, x_s=x_s, a=distance
+    return _evaluate(
+        "curvature", slope=-slope, dslope=-dslope, ddslope=-ddslope, x_s=x_s, a=distance
     )
 
 
@@ -148,4 +130,4 @@ def bend(crank: float, distance: float) -> float:
     """Angle at the middle hinge [rad] of a carrier with the length `crank` between its end
     hinges.
     """
-    return float(_value("bend", (), L1=crank, a=distance)[0, 0])
+    return load(MODEL).at("bend", L1=crank, a=distance)["bend"]

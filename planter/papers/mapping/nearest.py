@@ -144,8 +144,7 @@ class _Aim:
         self.dyad, self.poses = dyad, poses
         self.least_slope, self.largest_slope = slopes
         self.targets = _target_places(dyad, poses)
-        dx, dy = self.targets[2:] - dyad.centre[:, None]
-        self.crank = np.arctan2(dy, dx)
+        self.crank = dyad.carrier_angles(poses)
         self.size = (
             float(np.hypot(*(poses[:, :2] - poses[:, :2].mean(axis=0)).T).max()) + dyad.radius
         )
@@ -223,8 +222,7 @@ def interpolate_poses(dyad: Dyad, poses: Array) -> AngleCurve | None:
     """Return the curve through the exact poses alone, monotone or not; None if two of them share a
     carrier angle.
     """
-    dx, dy = (model.place_point(poses, dyad.point) - dyad.centre[None, :]).T
-    theta, phi = on_one_turn(np.arctan2(dy, dx), poses[:, 2])
+    theta, phi = on_one_turn(dyad.carrier_angles(poses), poses[:, 2])
     if len(poses) < 2 or np.diff(np.sort(theta)).min() < _APART:
         return None
     return closed_turn(theta, phi - theta)

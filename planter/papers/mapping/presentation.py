@@ -13,10 +13,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from planter.papers.mapping import model
+from planter.kernels.formulas import load
+from planter.papers.mapping import model, scene
 from planter.papers.mapping.train import GEARS, polar_curves
 from planter.report import files
-from planter.report.html import Block
+from planter.report.animation import MotionBlock
 from planter.report.labels import count_things
 from planter.report.names import load_names
 from planter.report.presentation import ModelAssumptions, ResultPresentation
@@ -24,8 +25,6 @@ from planter.report.record_sections import list_record_sections
 from planter.version import __version__
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
     from planter.kernels import Array
     from planter.papers.mapping.results import SynthesisFound
     from planter.papers.mapping.synthesis import Synthesis
@@ -60,8 +59,12 @@ def present_synthesis(synthesis: Synthesis) -> ResultPresentation:
         sections=list(list_record_sections(result, NAMES)),
         document=synthesis.file,
         model=_assumptions(),
-        motions=partial(_animate_linkages, synthesis),
-        figures=partial(_draw_synthesis, synthesis),
+        motions=lambda: [
+            MotionBlock(motion)
+            for linkage in synthesis.linkages
+            for motion in scene.build_linkage_scenes(linkage, synthesis.poses).values()
+        ],
+        figures=lambda: scene.draw_synthesis(synthesis),
         captions={
             "linkage_{}_{}".format(
                 *linkage.dyads
@@ -78,6 +81,7 @@ def present_synthesis(synthesis: Synthesis) -> ResultPresentation:
 def present_train(training: Training, source: str) -> ResultPresentation:
     """Return the presentation of a gear train for the angle curve of the file `source`."""
     result, provenance = training.result, dict(_list_sources(training, source))
+    moving = scene.build_train_scene(training)
     title = f"Non-circular gear train of {source}"
     return ResultPresentation(
         title=title,
@@ -88,8 +92,8 @@ def present_train(training: Training, source: str) -> ResultPresentation:
         f"{result.module_max_mm:.4g} mm.",
         sections=list(list_record_sections(result, NAMES)),
         model=_assumptions(),
-        motions=partial(_animate_train, training),
-        figures=partial(_draw_train, training),
+        motions=lambda: [] if moving is None else [MotionBlock(moving)],
+        figures=lambda: scene.draw_train(training),
         captions=CAPTIONS,
         tables=lambda: {
             "cycle.csv": _tabulate_cycle(training),
@@ -101,7 +105,9 @@ def present_train(training: Training, source: str) -> ResultPresentation:
 
 
 def _assumptions() -> ModelAssumptions:
-    return ModelAssumptions("Design by kinematic mapping", model.assumptions(), {})
+    return ModelAssumptions(
+        "Design by kinematic mapping", load(model.MODEL).sidecar["assumptions"], {}
+    )
 
 
 def _describe_rotation(result: SynthesisFound) -> str:
@@ -116,36 +122,6 @@ def _describe_rotation(result: SynthesisFound) -> str:
         for row in result.monotone.reversals
     ]
     return f"{carrier}: the arm would have to reverse {', '.join(pairs)}."
-
-
-def _animate_linkages(synthesis: Synthesis) -> Iterator[Block]:
-    from planter.papers.mapping import scene
-    from planter.report.animation import MotionBlock
-
-    for linkage in synthesis.linkages:
-        for circuit in sorted({standing.circuit for standing in linkage.standings}):
-            yield MotionBlock(scene.linkage(linkage, synthesis.poses, circuit))
-
-
-def _animate_train(training: Training) -> Iterator[Block]:
-    from planter.papers.mapping import scene
-    from planter.report.animation import MotionBlock
-
-    moving = scene.train(training)
-    if moving is not None:
-        yield MotionBlock(moving)
-
-
-def _draw_synthesis(synthesis: Synthesis) -> dict[str, Figure]:
-    from planter.papers.mapping.figures import draw_synthesis
-
-    return draw_synthesis(synthesis)
-
-
-def _draw_train(training: Training) -> dict[str, Figure]:
-    from planter.papers.mapping.figures import draw_train
-
-    return draw_train(training)
 
 
 def _tabulate_paths(synthesis: Synthesis) -> Columns:

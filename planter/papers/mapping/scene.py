@@ -1,6 +1,4 @@
-"""Drawings of linkages and gear trains: scenes of their motion through the poses, and sheets with
-symbols.
-"""
+"""Drawings of poses, linkages and gear trains: moving scenes, sheets with symbols, figures."""
 
 from __future__ import annotations
 
@@ -9,15 +7,22 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planter.kernels import Array
+from planter.numerics.arrays import TURN
 from planter.papers.mapping import model
 from planter.papers.mapping.synthesis import Linkage, Synthesis
 from planter.papers.mapping.train import Training, polar_curves
+from planter.report.animation import draw_stills
+from planter.report.curves import Panel, Points, draw_panels
 from planter.report.scene import Body, Curve, Event, Outline, Point, Scene, refine_places
 from planter.report.sheet import Angle, Length, Mark, Sheet, Spot, build_still_scene
 from planter.report.sheet import direction_angle as direction
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from planter.papers.mapping.linkage import FourBar
+    from planter.papers.mapping.synthesis import Synthesis
+    from planter.papers.mapping.train import Training
 
 MM = 1e3
 MOMENTS = 120
@@ -40,7 +45,7 @@ def drawn_shares(bar: FourBar, circuit: int) -> Array:
     return refine_places(sample, np.linspace(0.0, 1.0, MOMENTS + 1))[:-1]
 
 
-def linkage(solution: Linkage, poses: Array, circuit: int) -> Scene:
+def build_linkage_scene(solution: Linkage, poses: Array, circuit: int) -> Scene:
     """A linkage on one of its circuits, with the poses (k, 3) [m, rad]."""
     bar, shares = solution.bar, drawn_shares(solution.bar, circuit)
     path = bar.path_at(circuit, shares)
@@ -72,7 +77,13 @@ def linkage(solution: Linkage, poses: Array, circuit: int) -> Scene:
     )
 
 
-def train(training: Training) -> Scene | None:
+def build_linkage_scenes(linkage: Linkage, poses: Array) -> dict[int, Scene]:
+    """Return the scenes of a linkage by those of its circuits that have a pose."""
+    circuits = sorted({standing.circuit for standing in linkage.standings})
+    return {circuit: build_linkage_scene(linkage, poses, circuit) for circuit in circuits}
+
+
+def build_train_scene(training: Training) -> Scene | None:
     """A gear train on its carrier, with the arm and the poses if there are any.
 
     None for a curve along which the arm gains on the carrier: two external meshes do not drive it
@@ -94,8 +105,8 @@ def train(training: Training) -> Scene | None:
     at, psi = training.train.polar_angles()
     middle, relative = np.degrees(np.interp(theta, at, psi[1])), np.degrees(curve.at(theta))
     hinges, (sun, second, third, planet) = (
-        MM * centres(training).T,
-        (part.T for part in outlines(training)),
+        MM * place_hinges(training).T,
+        (part.T for part in outline_gears(training)),
     )
     centre, start = _mounted(training, hinges[2])
     parts = (
@@ -199,7 +210,7 @@ _HINGES = (0, 1, 1, 2)
 """At which hinge of the carrier each of the four gears turns."""
 
 
-def sheets(synthesis: Synthesis, train: Training | None) -> list[Sheet]:
+def draw_sheets(synthesis: Synthesis, train: Training | None) -> list[Sheet]:
     """All drawings of what was found: those of which there is one."""
     linkages = [
         _linkage(linkage, synthesis.poses[POSE], synthesis.poses)
@@ -245,7 +256,7 @@ def _linkage(linkage: Linkage, pose: Array, poses: Array) -> Sheet:
     )
 
 
-def centres(training: Training) -> Array:
+def place_hinges(training: Training) -> Array:
     """Hinges of the carrier (2, 3) [m]: fixed, middle, moving; straight where the carrier's length
     is not known.
     """
@@ -255,7 +266,7 @@ def centres(training: Training) -> Array:
     return distance * np.array([[0, 1, 1 + np.cos(end)], [0, 0, np.sin(end)]])
 
 
-def outlines(training: Training) -> list[Array]:
+def outline_gears(training: Training) -> list[Array]:
     """Pitch curves (2, n) [mm] about their centres, each turned to its mesh at the first carrier
     angle.
 
@@ -278,17 +289,17 @@ def outlines(training: Training) -> list[Array]:
 
 def draw_train_bodies(training: Training) -> tuple[Body, Body]:
     """Return the four pitch curves in mesh on the carrier at its first angle, and the carrier."""
-    hinges = MM * centres(training).T
+    hinges = MM * place_hinges(training).T
     curves = [
         Outline(points.T + hinges[at], "gear", shade=k)
-        for k, (points, at) in enumerate(zip(outlines(training), _HINGES, strict=True))
+        for k, (points, at) in enumerate(zip(outline_gears(training), _HINGES, strict=True))
     ]
     return Body("gears", curves), Body("carrier", (Outline(hinges, "frame", closed=False),))
 
 
 def _train(training: Training) -> Sheet:
     """The four pitch curves on the carrier at its first angle."""
-    hinges = MM * centres(training).T
+    hinges = MM * place_hinges(training).T
     radii = training.train.gears(np.array([training.train.curve.carrier[0]]))
     marks: list[Mark] = [Length(("centre_distance_mm",), hinges[0], hinges[1], 0.8)]
     for stage, names in enumerate((("r1", "r2"), ("r3", "r4"))):
@@ -310,3 +321,105 @@ def _train(training: Training) -> Sheet:
         build_still_scene("train", draw_train_bodies(training)),
         marks,
     )
+
+
+DENSE = np.linspace(0, TURN, 721)
+AXIS = "carrier angle θ / deg"
+ANGLE = "arm angle relative to carrier / deg"
+_WIDEST = 4
+"""Circles with a larger radius than this, in extents of the poses, are not drawn."""
+
+
+def draw_synthesis(synthesis: Synthesis) -> dict[str, Figure]:
+    """Return the figures of a synthesis: dyads, each linkage on its circuits, the angle curve."""
+    figures = {"dyads": draw_stills({"": (build_still_scene("dyads", _draw_dyads(synthesis)), 0)})}
+    for linkage in synthesis.linkages:
+        scenes = build_linkage_scenes(linkage, synthesis.poses)
+        names = [f"{linkage.bar.type}, circuit {circuit}" for circuit in scenes]
+        stills = {name: (scene, 0) for name, scene in zip(names, scenes.values(), strict=True)}
+        figures["linkage_{}_{}".format(*linkage.numbers)] = draw_stills(stills)
+    if synthesis.carrier is not None:
+        figures["angle_curve"] = draw_panels(_plot_angles(synthesis), AXIS, end=360.0)
+    return figures
+
+
+def draw_train(training: Training) -> dict[str, Figure]:
+    """Return the figures of a gear train: ratios, pitch curves, and the path of the tip."""
+    pitch = build_still_scene("train", draw_train_bodies(training))
+    curve = training.train.curve
+    figures = {
+        "ratios": draw_panels(_plot_ratios(training), AXIS),
+        "pitch_curves": draw_stills({"": (pitch, 0)}),
+    }
+    moving = build_train_scene(training) if training.dyad is not None and curve.sense < 0 else None
+    return figures if moving is None else figures | {"tip_path": draw_stills({"": (moving, 0)})}
+
+
+def _draw_dyads(synthesis: Synthesis) -> list[Body]:
+    """Poses, and for each dyad its circle and bars; members of a family."""
+    poses = synthesis.poses
+    extent = float(np.ptp(poses[:, :2], axis=0).max()) or 1.0
+    bodies = [draw_poses(poses)]
+    circle = np.column_stack([np.cos(DENSE), np.sin(DENSE)])
+    for number, dyad in enumerate(synthesis.solution.dyads):
+        if dyad.radius < _WIDEST * extent:
+            hinges = model.place_point(poses, dyad.point)
+            bars = [
+                Outline(MM * np.array([dyad.centre, at]), "mark", closed=False) for at in hinges
+            ]
+            outline = Outline(MM * (dyad.centre + dyad.radius * circle), "gear", shade=number)
+            bodies.append(Body(f"dyad {number + 1}", [outline, *bars]))
+    members = [
+        d for d in synthesis.members if np.hypot(*(d.centre - poses[0, :2])) < _WIDEST * extent
+    ]
+    for name in ("centre", "point"):
+        if places := [getattr(dyad, name) for dyad in members]:
+            line = Outline(MM * np.array(places), "before", closed=False)
+            bodies.append(Body(f"{name}s of the family", (line,)))
+    return bodies
+
+
+def _plot_angles(synthesis: Synthesis) -> list[Panel]:
+    """Rotation of the arm against the carrier: through the exact poses, and of the results."""
+    nearest = None if synthesis.nearest is None else synthesis.nearest.curve
+    curves = {
+        "through the poses": synthesis.exact,
+        "closest monotone": nearest,
+        "points of both paths": synthesis.path_curve,
+    }
+    present = {name: curve for name, curve in curves.items() if curve is not None}
+    start = next((float(curve.at(np.zeros(1))[0]) for curve in present.values()), 0.0)
+    angles: dict[str, Points] = {}
+    for name, curve in present.items():
+        relative = curve.at(DENSE)
+        turns = np.round((relative[0] - start) / TURN)
+        angles[name] = np.degrees(DENSE), np.degrees(relative - TURN * turns)
+    slopes = {name: (np.degrees(DENSE), c.slopes(DENSE)[0]) for name, c in present.items()}
+    points: dict[str, Points] = {}
+    if synthesis.carrier is not None and synthesis.exact is not None:
+        theta = np.mod(synthesis.carrier.carrier_angles(synthesis.poses), TURN)
+        relative = synthesis.exact.at(theta)
+        points["through the poses"] = np.degrees(theta), np.degrees(relative)
+    return [
+        Panel(ANGLE, angles, points=points),
+        Panel(r"$-$d(arm)/d(carrier)", slopes, level=0),
+    ]
+
+
+def _plot_ratios(training: Training) -> list[Panel]:
+    """The angle curve with its points, the total ratio, and the ratios of the two stages."""
+    curve = training.train.curve
+    names = {"i": "total", "i1": "stage 1", "i2": "stage 2"}
+
+    def sample(theta: Array) -> list[Array]:
+        gears = training.train.gears(theta)
+        return [curve.at(theta), *(np.log(gears[name]) for name in names)]
+
+    theta = refine_places(sample, np.linspace(curve.carrier[0], curve.carrier[-1], 721))
+    gears, degrees = training.train.gears(theta), np.degrees(theta)
+    points = {"": (np.degrees(curve.carrier), np.degrees(curve.relative))}
+    ratios = {label: (degrees, gears[name]) for name, label in names.items()}
+    return [
+        Panel(ANGLE, {"": (degrees, np.degrees(curve.at(theta)))}, points=points),
+        Panel("ratio / 1", ratios, level=1, is_log=True),
+    ]

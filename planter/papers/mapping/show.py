@@ -66,9 +66,9 @@ class Poses:
 
         synthesis = self._synthesis(values)
         return [
-            scene.linkage(linkage, synthesis.poses, circuit)
+            motion
             for linkage in synthesis.linkages
-            for circuit in sorted({standing.circuit for standing in linkage.standings})
+            for motion in scene.build_linkage_scenes(linkage, synthesis.poses).values()
         ]
 
     def readings(self, values: Values, model: str) -> Sequence[Reading]:

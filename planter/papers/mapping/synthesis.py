@@ -22,22 +22,20 @@ from planter.papers.mapping.dyads import (
     Dyad,
     Scale,
     Solution,
-    Straight,
     count_free_parameters,
     distinct,
     find_family,
     fit_dyads,
     misses,
     solve_dyads,
+    to_pair,
 )
 from planter.papers.mapping.file import PointsData, PoseFile, build_path_curve
 from planter.papers.mapping.linkage import (
-    Defects,
     FourBar,
-    defects,
+    find_defects,
     reversals,
     standings,
-    to_pair,
 )
 from planter.papers.mapping.nearest import (
     SLOPES,
@@ -72,7 +70,9 @@ class Linkage:
     numbers: tuple[int, int]
     bar: FourBar
     standings: list[AtPose]
-    defects: Defects
+    defects: DefectsFound
+    sense: int
+    """Sense of the crank through the poses, 0 if they are out of order."""
 
 
 @dataclass(frozen=True)
@@ -112,7 +112,7 @@ def synthesise(file: PoseFile, carrier: int = 1, slopes: tuple[float, float] = S
         complex_pairs=solution.complex_roots // 2,
         singular_values=_singular_values(poses * [1e3, 1e3, 1]),
         scaled_singular_values=[float(v) for v in solution.singular_values[:CONDITIONS]],
-        straight=[straight_result(s) for s in solution.straights],
+        straight=solution.straights,
         family=_family_shown(solution, family_of, poses),
         linkages=[_linkage_shown(linkage, poses) for linkage in linkages],
         carrier_dyad=None if dyad is None else carrier,
@@ -160,7 +160,7 @@ def _pair(poses: Array, dyads: Sequence[Dyad]) -> list[Linkage]:
         if min(first.radius, second.radius) > smallest:
             bar = FourBar(first, second)
             positions = standings(bar, poses)
-            linkages.append(Linkage((i, j), bar, positions, defects(bar, positions)))
+            linkages.append(Linkage((i, j), bar, positions, *find_defects(bar, positions)))
     return linkages
 
 
@@ -181,8 +181,7 @@ def _carrier(poses: Array, dyads: Sequence[Dyad], number: int) -> Dyad | None:
 
 def _find_rotation(dyad: Dyad, poses: Array) -> OneSense:
     """Return whether the arm can turn in one sense only, and the reversals if not."""
-    dx, dy = (model.place_point(poses, dyad.point) - dyad.centre).T
-    turned = reversals(np.arctan2(dy, dx), poses[:, 2])
+    turned = reversals(dyad.carrier_angles(poses), poses[:, 2])
     return OneSense(not turned, turned)
 
 
@@ -223,7 +222,7 @@ def _assembly(file: PoseFile, points: PointsData, linkage: Linkage, key: str) ->
 
 
 def _linkage_shown(linkage: Linkage, poses: Array) -> LinkageFound:
-    bar, wrong = linkage.bar, linkage.defects
+    bar = linkage.bar
     frame, crank, coupler, rocker = (length * 1e3 for length in bar.lengths)
     return LinkageFound(
         dyads=linkage.numbers,
@@ -237,8 +236,8 @@ def _linkage_shown(linkage: Linkage, poses: Array) -> LinkageFound:
         transmission_min_deg=math.degrees(bar.least_transmission),
         arm_length_mm=float(np.hypot(*bar.crank.point)) * 1e3,
         poses=linkage.standings,
-        defects=DefectsFound(order=wrong.order, branch=wrong.branch, circuit=wrong.circuit),
-        crank_sense=wrong.sense,
+        defects=linkage.defects,
+        crank_sense=linkage.sense,
         monotone=_find_rotation(bar.crank, poses),
     )
 
@@ -253,7 +252,7 @@ def _describe_curve(curve: AngleCurve, misses: list[Missed]) -> dict[str, Any]:
 
 
 def _family_shown(
-    solution: Solution, members: tuple[list[Dyad], list[Straight]], poses: Array
+    solution: Solution, members: tuple[list[Dyad], list[StraightFound]], poses: Array
 ) -> Family | None:
     if not solution.free:
         return None
@@ -261,7 +260,7 @@ def _family_shown(
     return Family(
         parameters=solution.free,
         dyads=[dyad_result(d, poses) for d in dyads],
-        straight=[straight_result(s) for s in straights],
+        straight=straights,
     )
 
 
@@ -319,17 +318,6 @@ def is_outside(place: Array, corners: Array) -> bool:
     spans = (y1 > y) != (y2 > y)
     rise = np.where(spans, y2 - y1, 1)
     return bool(np.sum(spans & (x < x1 + (y - y1) * (x2 - x1) / rise)) % 2 == 0)
-
-
-def straight_result(line: Straight) -> StraightFound:
-    """Return a dyad with a hinge at infinity: its point and its line normal . place = offset."""
-    return StraightFound(
-        kind=line.kind,
-        point_mm=to_pair(line.point * 1e3),
-        normal=to_pair(line.normal),
-        offset_mm=line.offset * 1e3,
-        multiplicity=line.multiplicity,
-    )
 
 
 def describe_slopes(curve: AngleCurve) -> dict[str, Any]:

@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from planter.engine.solvers.result import OptimalityCertificate
 from planter.errors import InputError
 from planter.kernels import Array
 from planter.numerics.arrays import TURN
@@ -25,7 +24,6 @@ from planter.papers.pickup.results import (
     ExtremaResult,
     LockingArcs,
     Optimised,
-    PickupCertificate,
     PickupFound,
     PickupState,
     PickupWarning,
@@ -266,16 +264,8 @@ def _to_optimised(moved: Redesign) -> Optimised:
         moved_mm=moved.moved * 1000,
         iterations=moved.iterations,
         rounds=moved.rounds,
-        certificate=None if moved.certificate is None else _certificate(moved.certificate),
+        certificate=moved.certificate,
         requirements_before=moved.before,
         value_points_before_mm=[(x, y) for x, y in (moved.points_before * 1000).tolist()],
         value_points_mm=[(x, y) for x, y in (moved.points * 1000).tolist()],
     )
-
-
-def _certificate(proof: OptimalityCertificate) -> PickupCertificate:
-    """Residual of the last round's optimum, and the requirements that hold it.
-
-    A multiplier is what the change gains per unit of its requirement.
-    """
-    return PickupCertificate(proof.kkt_residual, proof.active_constraints)

@@ -37,35 +37,30 @@ LEAST_JUMP = 1e-6
 _MM = 1000.0
 
 
-@dataclass(frozen=True)
-class Fault:
-    """A limit that a pitch curve violates, and the carrier angle [rad] of the largest violation."""
-
-    t: float
-    problem: str
-
-
 def check_gears(machine: Pickup, train: PickupTrain) -> None:
     """Raise GeometryError, naming the angle and what causes it there, where the pitch curves cannot
     be gears.
     """
-    fault = _fault(train)
+    fault = _find_fault(train)
     if fault is not None:
+        t, problem = fault
         source = machine.points_source if train.inversion is not None else f"{machine.source}: law"
         raise GeometryError(
-            f"{source}: this cannot be a pair of gears: at t = {to_degrees(fault.t):.5g} deg from "
-            f"the farthest tip {fault.problem}; {_cause(machine, train, fault.t)}"
+            f"{source}: this cannot be a pair of gears: at t = {to_degrees(t):.5g} deg from "
+            f"the farthest tip {problem}; {_cause(machine, train, t)}"
         )
 
 
-def _fault(train: PickupTrain) -> Fault | None:
-    """The first limit that is broken, where it is broken most."""
+def _find_fault(train: PickupTrain) -> tuple[float, str] | None:
+    """Return the first limit that a pitch curve violates: the carrier angle [rad] of the largest
+    violation, and what is wrong.
+    """
     t = train.samples(SAMPLES)
     slope = train.law.slopes(t)[0]
     lowest = int(np.argmin(slope))
     if slope[lowest] <= 0:
         turned = "turns back" if slope[lowest] < 0 else "stands still"
-        return Fault(
+        return (
             float(t[lowest]),
             f"the arm {turned} (slope {slope[lowest]:.4g}, which must stay positive on the teeth)",
         )
@@ -74,7 +69,7 @@ def _fault(train: PickupTrain) -> Fault | None:
         worst = int(np.argmax(excess))
         if excess[worst] >= 0:
             curve = {name: float(values[worst]) for name, values in curves.items()}
-            return Fault(float(t[worst]), _describe_limit(train, gear, kind, curve))
+            return float(t[worst]), _describe_limit(train, gear, kind, curve)
     return None
 
 
@@ -267,4 +262,4 @@ def build_rolling(train: PickupTrain) -> Rolling:
     def radius(t: Array) -> Array:
         return train.pitch(t)["R1"]
 
-    return Rolling.from_radius(radius, train.toothed, train.law.joints(), train.geometry.a1)
+    return Rolling.from_radius(radius, train.toothed, train.law.breakpoints(), train.geometry.a1)

@@ -6,25 +6,242 @@ Extremes of the tip's distance from the sun's centre give both bars; at every po
 the bars gives the angles of arm and carrier, and a spline of the fifth degree joins them to a law.
 While the arm dwells the tip's distance is constant: such points lie on a circle, and the dwell
 begins and ends where the law of the others reaches their angle. At these ends the path has corners,
-so no spline is laid across them.
-"""
+so no spline is laid across them."""
 
 from __future__ import annotations
 
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
+from heapq import heapify, heappop, heappush
 from typing import Any
 
 import numpy as np
 import scipy
 
 from planter.errors import ComputationError, InputError
-from planter.kernels import Array
+from planter.kernels import Array, Integers
 from planter.kernels.formulas import load
 from planter.numerics.arrays import TURN, wrap_angle
 from planter.papers.pickup.law import MODEL, Dwell, SplineLaw
-from planter.papers.pickup.spline import DistanceExtreme, PathSpline, best_spline
+
+DEGREE = 3
+NEAR = 1e-6
+"""Part of the curve's length around an extreme in which differences to it are taken from their
+series.
+"""
+
+
+@dataclass(frozen=True)
+class DistanceExtreme:
+    """An extreme of the distance from O: parameter, place (2,), and whether it is a maximum."""
+
+    u: float
+    place: Array
+    highest: bool
+
+    @property
+    def distance(self) -> float:
+        return float(np.hypot(*self.place))
+
+
+def chord_lengths(points: Array, closed: bool) -> Array:
+    """Distances from each point (n, 2) to the next, (n,), or (n - 1,) for an open curve."""
+    ring = np.vstack([points, points[:1]]) if closed else points
+    return np.hypot(*np.diff(ring, axis=0).T)
+
+
+def best_spline(points: Array, closed: bool) -> PathSpline:
+    """The spline over chord length or over the points' own numbers: that which better foretells
+    every other point.
+
+    If the tip stops, its path has a cusp, which no smooth curve over chord length is near; over
+    numbers of points that follow each other evenly it is smooth.
+    """
+    lengths = np.concatenate([[0.0], np.cumsum(chord_lengths(points, closed))])
+    numbers = np.arange(len(lengths), dtype=float)
+    parameter = min((numbers, lengths), key=lambda taken: _miss(taken[: len(points)], points))
+    return PathSpline(points, closed, parameter)
+
+
+def _miss(parameter: Array, points: Array) -> float:
+    """Root mean square distance of every other point from the curve through those between."""
+    curve = scipy.interpolate.make_interp_spline(parameter[::2], points[::2], k=DEGREE)
+    odd = slice(1, len(points) - 1, 2)
+    return float(np.sqrt(np.mean((curve(parameter[odd]) - points[odd]) ** 2)))
+
+
+@dataclass(frozen=True)
+class PathSpline:
+    """The curve through value points (n, 2) in m; `closed` joins the last to the first with two
+    derivatives.
+
+    `parameter` (n,), or (n + 1,) for a closed curve, is increasing; without one it is the
+    cumulative chord length.
+    """
+
+    points: Array
+    closed: bool = True
+    parameter: Array | None = None
+
+    @cached_property
+    def knots(self) -> Array:
+        """The parameter at the value points, from 0; a closed curve has one more, where it meets
+        its beginning.
+        """
+        if self.parameter is not None:
+            return self.parameter - self.parameter[0]
+        return np.concatenate([[0.0], np.cumsum(chord_lengths(self.points, self.closed))])
+
+    @cached_property
+    def curve(self) -> scipy.interpolate.BSpline:
+        if self.closed:
+            ring = np.vstack([self.points, self.points[:1]])
+            return scipy.interpolate.make_interp_spline(
+                self.knots, ring, k=DEGREE, bc_type="periodic"
+            )
+        return scipy.interpolate.make_interp_spline(self.knots, self.points, k=DEGREE)
+
+    @property
+    def length(self) -> float:
+        """Length of the parameter's range."""
+        return float(self.knots[-1])
+
+    def __call__(self, u: Any, derivative: int = 0) -> Array:
+        """Places (m, 2), or derivatives of them in the parameter."""
+        return np.asarray(self.curve(np.asarray(u, dtype=float), derivative))
+
+    @cached_property
+    def _pieces(self) -> list[scipy.interpolate.PPoly]:
+        return [
+            scipy.interpolate.PPoly.from_spline((self.curve.t, self.curve.c[:, axis], DEGREE))
+            for axis in (0, 1)
+        ]
+
+    def extremes(self, tolerance: float) -> list[DistanceExtreme]:
+        """Extremes of the distance from O by parameter: roots of S .
+
+        S', without those that differ by less.
+        """
+        roots = [
+            DistanceExtreme(float(u), self(u), self._bend(u) < 0)
+            for u in self._roots()
+            if self._bend(u) != 0
+        ]
+        alternating = _alternating(roots, self.closed)
+        left = find_prominent_extrema(
+            np.array([extreme.distance for extreme in alternating]), tolerance, self.closed
+        )
+        return [alternating[i] for i in left]
+
+    def _roots(self) -> Array:
+        """Return the parameters where S . S' vanishes: its pieces are of the fifth degree."""
+        first, second = self._pieces
+        powers = np.zeros((6, len(first.x) - 1))
+        for piece in (first, second):
+            slopes = piece.derivative().c
+            for i, coefficient in enumerate(piece.c):
+                powers[i : i + 3] += coefficient * slopes
+        product = scipy.interpolate.PPoly(powers, first.x)
+        roots = product.roots(extrapolate=False)
+        roots = roots[np.isfinite(roots)]
+        slopes = product.derivative()(roots)
+        # One step of Newton's method; what lies beyond the ends by rounding lies at the ends.
+        roots = roots - np.divide(product(roots), slopes, out=0 * roots, where=slopes != 0)
+        slack = 1e-9 * self.length
+        inside = (roots >= -slack) & (roots <= self.length + slack)
+        return np.unique(np.clip(roots[inside], 0.0, self.length))
+
+    def _taylor(self, u: float, inside: float) -> Array:
+        """Coefficients (4, 2) of the piece that holds `inside`, in powers of the distance from
+        `u`.
+        """
+        pieces = self._pieces
+        i = int(
+            np.clip(
+                np.searchsorted(pieces[0].x, inside, side="right") - 1, 0, pieces[0].c.shape[1] - 1
+            )
+        )
+        shift = u - pieces[0].x[i]
+        local = [
+            np.polynomial.Polynomial(p.c[::-1, i])(np.polynomial.Polynomial([shift, 1.0]))
+            for p in pieces
+        ]
+        return np.array([np.pad(poly.coef, (0, 4 - len(poly.coef))) for poly in local]).T
+
+    def _bend(self, u: float) -> float:
+        """Second derivative of half the squared distance."""
+        return float(np.sum(self(u, 1) ** 2) + self(u) @ self(u, 2))
+
+    def square_less(self, u: Array, extreme: DistanceExtreme) -> Array:
+        """|S(u)|^2 less its value at an extreme, (m,); near the extreme by its series, which loses
+        no digits.
+
+        An extreme beyond the curve's end is that of a dwell, which the curve meets at an angle.
+        """
+        offsets = self._offsets(u, extreme)
+        gap = self(u) - extreme.place
+        plain = np.sum(gap * (self(u) + extreme.place), axis=1)
+        on_curve = extreme.u <= self.length
+        for i in np.flatnonzero(on_curve & (np.abs(offsets) < NEAR * self.length)):
+            x = float(offsets[i])
+            _, slope, bend, third = self._taylor(extreme.u, extreme.u + x / 2)
+            step = x * (slope + x * (bend + x * third))
+            plain[i] = 2 * extreme.place @ (x * x * (bend + x * third)) + step @ step
+        return plain
+
+    def _offsets(self, u: Array, extreme: DistanceExtreme) -> Array:
+        offsets = np.asarray(u, dtype=float) - extreme.u
+        return (
+            (offsets + self.length / 2) % self.length - self.length / 2 if self.closed else offsets
+        )
+
+
+def _alternating(extremes: list[DistanceExtreme], closed: bool) -> list[DistanceExtreme]:
+    """Return the extremes without the lesser of two neighbours of one kind, which roots at
+    breakpoints may leave.
+    """
+    retained: list[DistanceExtreme] = []
+    for extreme in extremes:
+        if retained and retained[-1].highest == extreme.highest:
+            extreme = _further(retained.pop(), extreme)
+        retained.append(extreme)
+    if closed and len(retained) > 1 and retained[0].highest == retained[-1].highest:
+        last = retained.pop()
+        retained[0] = _further(retained[0], last)
+    return retained
+
+
+def _further(a: DistanceExtreme, b: DistanceExtreme) -> DistanceExtreme:
+    return a if (a.distance > b.distance) == a.highest else b
+
+
+def find_prominent_extrema(values: Array, tolerance: float, closed: bool) -> Integers:
+    """Places of the maxima and minima, which take turns in `values` (m,), that no ripple makes.
+
+    As long as two neighbours differ by less than the tolerance, the least such pair goes, and the
+    next ones become neighbours; in a `closed` course the last is the first's.
+    """
+    count = len(values)
+    ring = count if closed else count + 1
+    after, before = [(i + 1) % ring for i in range(ring)], [(i - 1) % ring for i in range(ring)]
+    stands = np.ones(ring, dtype=bool)
+    stands[count:] = False
+    ends = [(i, after[i]) for i in range(count) if after[i] < count]
+    waiting = [(abs(values[i] - values[j]), i, j) for i, j in ends]
+    heapify(waiting)
+    while waiting and waiting[0][0] < tolerance and count > 1:
+        _, i, j = heappop(waiting)
+        if not (stands[i] and stands[j]):
+            continue
+        stands[[i, j]], count = False, count - 2
+        low, high = before[i], after[j]
+        after[low], before[high] = high, low
+        if stands[low] and stands[high]:
+            heappush(waiting, (abs(values[low] - values[high]), low, high))
+    return np.flatnonzero(stands)
+
 
 LAW_DEGREE = 5
 LEAST_TOOTHED = 8
@@ -75,25 +292,25 @@ def _other_order(points: Array, tolerance: float) -> str:
 def _inverted(points: Array, tolerance: float, source: str) -> Inversion:
     _check_outside(points, source)
     flat = find_plateau(points, tolerance)
-    order = flat.toothed if flat else np.arange(len(points))
+    dwell, order = flat or (None, np.arange(len(points)))
     if len(order) < LEAST_TOOTHED:
         raise InputError(
             f"{source}: {len(order)} points outside the dwell are not enough: at least "
             f"{LEAST_TOOTHED}"
         )
-    path = best_spline(points[order], closed=flat is None)
-    far, nearest = _extremes(path, flat, points, tolerance, source)
+    path = best_spline(points[order], closed=dwell is None)
+    far, nearest = _extremes(path, dwell, points, tolerance, source)
     bars = load(MODEL).at("bars", L3_max=far.distance, L3_min=nearest.distance)
     chain = _Chain(path, far, nearest, np.array([bars["L1"], bars["L2"]]))
     phi5, phi1 = chain.angles(path.knots[: len(order)])
     _check_order(phi5, points[order], source)
-    if flat is None:
+    if dwell is None:
         _check_order(np.append(phi5, phi5[0] + TURN), points[order], source)
         phi5_far, law = _closed_law(chain, phi5, phi1)
     else:
-        dwell_phi5, dwell_phi1 = chain.solve_dwell(points[flat.members], phi5[-1])
+        dwell_phi5, dwell_phi1 = chain.solve_dwell(points[dwell], phi5[-1])
         _check_order(
-            np.array([*phi5, *dwell_phi5, phi5[0] + TURN]), points[[*order, *flat.members]], source
+            np.array([*phi5, *dwell_phi5, phi5[0] + TURN]), points[[*order, *dwell]], source
         )
         phi5_far, law = _dwelling_law(
             chain, phi5, phi1, dwell_phi5, float(np.mean(dwell_phi1)), source
@@ -102,16 +319,16 @@ def _inverted(points: Array, tolerance: float, source: str) -> Inversion:
 
 
 def _extremes(
-    path: PathSpline, flat: Plateau | None, points: Array, tolerance: float, source: str
+    path: PathSpline, dwell: Integers | None, points: Array, tolerance: float, source: str
 ) -> tuple[DistanceExtreme, DistanceExtreme]:
     """The farthest and the nearest place, of which there must be one each; either may be the dwell
-    itself.
+    itself, whose points have the indices `dwell`.
     """
     extremes = path.extremes(tolerance)
     highs = [e for e in extremes if e.highest]
     lows = [e for e in extremes if not e.highest]
-    if flat is not None:
-        place = points[flat.members[len(flat.members) // 2]]
+    if dwell is not None:
+        place = points[dwell[len(dwell) // 2]]
         dwell_distance = float(np.hypot(*place))
         beyond = path.length * (1 + 1e-9)
         if not highs and len(lows) == 1:
@@ -258,8 +475,8 @@ def _dwelling_law(
     turns = np.floor((ends[1] - far) / TURN)
     shift = far + turns * TURN
     lead = scipy.interpolate.BSpline(arm.t - shift, arm.c - _greville(arm) + far - TURN, arm.k)
-    dwell = Dwell(float(ends[1] - shift), float(ends[0] - shift + TURN))
-    return far, SplineLaw(lead, dwell, held1 - TURN - turns * TURN)
+    rest = Dwell(float(ends[1] - shift), float(ends[0] - shift + TURN))
+    return far, SplineLaw(lead, rest, held1 - TURN - turns * TURN)
 
 
 def _greville(curve: scipy.interpolate.BSpline) -> Array:
@@ -296,19 +513,9 @@ nearly equal, too.
 LEAST_POINTS = 3
 
 
-@dataclass(frozen=True)
-class Plateau:
-    """Indices of the points in the dwell, in order, and of the others, from the dwell's end round
-    to its start.
-    """
-
-    members: Any
-    toothed: Any
-
-
-def find_plateau(points: Array, tolerance: float) -> Plateau | None:
-    """The longest run of points (n, 2) of a closed path whose distances from the origin are
-    equal.
+def find_plateau(points: Array, tolerance: float) -> tuple[Integers, Integers] | None:
+    """Return the longest run of points (n, 2) of a closed path whose distances from the origin are
+    equal: their indices in order, and those of the others from its end round to its start.
     """
     distance = np.hypot(*points.T)
     if np.ptp(distance) <= tolerance:
@@ -317,7 +524,7 @@ def find_plateau(points: Array, tolerance: float) -> Plateau | None:
     members = (begin + np.arange(count)) % len(points)
     if count < LEAST_POINTS or _sweep(points[members]) < LEAST_SWEEP:
         return None
-    return Plateau(members, (begin + count + np.arange(len(points) - count)) % len(points))
+    return members, (begin + count + np.arange(len(points) - count)) % len(points)
 
 
 def _sweep(places: Array) -> float:

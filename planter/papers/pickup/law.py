@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
-from typing import ClassVar, Protocol
+from typing import ClassVar
 
 import casadi as ca
 import numpy as np
@@ -41,32 +41,6 @@ class Dwell:
         return np.asarray(inside)
 
 
-class ArmLaw(Protocol):
-    """phi1(t) with phi1(t + 2 pi) = phi1(t) + 2 pi."""
-
-    @property
-    def dwell(self) -> Dwell | None: ...
-
-    @property
-    def transition(self) -> float:
-        """Angle on either side of the dwell over which other means than teeth drive the arm
-        [rad].
-        """
-
-    def arm(self, t: Array) -> Array:
-        """The arm's angle [rad]."""
-
-    def slopes(self, t: Array) -> Array:
-        """Slope on the teeth and its two derivatives, (3, n); in the dwell they continue those of
-        the teeth.
-        """
-
-    def joints(self) -> Array:
-        """Angles in the toothed range between which the law is smooth, both ends included, in
-        order.
-        """
-
-
 def toothed_range(dwell: Dwell | None) -> tuple[float, float]:
     """First and last angle of the teeth: the turn without the dwell, from the dwell's end on."""
     return (0.0, TURN) if dwell is None else (dwell.end - TURN, dwell.start)
@@ -82,6 +56,7 @@ class SplineLaw:
     dwell: Dwell | None
     dwell_angle: float
     transition: ClassVar[float] = 0.0
+    """Angle next to the dwell over which other means than teeth drive the arm [rad]."""
 
     def _fold_angle(self, t: Array) -> Array:
         """The angles brought into the turn that begins where the teeth do."""
@@ -90,27 +65,29 @@ class SplineLaw:
 
     def arm(self, t: Array) -> Array:
         """Return the arm's angle (n,) [rad]."""
-        turn_angle = self._fold_angle(t)
+        folded_angle = self._fold_angle(t)
         last = toothed_range(self.dwell)[1]
-        on_teeth = self.lead(np.minimum(turn_angle, last)) + turn_angle
+        on_teeth = self.lead(np.minimum(folded_angle, last)) + folded_angle
         return np.asarray(
-            np.where(turn_angle <= last, on_teeth, self.dwell_angle)
+            np.where(folded_angle <= last, on_teeth, self.dwell_angle)
             + np.asarray(t, dtype=float)
-            - turn_angle
+            - folded_angle
         )
 
     def slopes(self, t: Array) -> Array:
-        """Return the slope with two derivatives (3, n)."""
-        turn_angle = self._fold_angle(t)
+        """Return the slope with two derivatives (3, n); in the dwell they continue those of the
+        teeth.
+        """
+        folded_angle = self._fold_angle(t)
         first, last = toothed_range(self.dwell)
         if self.dwell is not None:
-            closer_to_end = turn_angle > last + self.dwell.width / 2
-            turn_angle = np.where(closer_to_end, first, np.minimum(turn_angle, last))
+            closer_to_end = folded_angle > last + self.dwell.width / 2
+            folded_angle = np.where(closer_to_end, first, np.minimum(folded_angle, last))
         return np.array(
-            [self.lead(turn_angle, 1) + 1, self.lead(turn_angle, 2), self.lead(turn_angle, 3)]
+            [self.lead(folded_angle, 1) + 1, self.lead(folded_angle, 2), self.lead(folded_angle, 3)]
         )
 
-    def joints(self) -> Array:
+    def breakpoints(self) -> Array:
         """Return the breakpoints of the law on the teeth [rad], in order."""
         first, last = toothed_range(self.dwell)
         knots = (
@@ -147,7 +124,7 @@ class CosineLaw:
         """Return the slope with two derivatives (3, n)."""
         return self._evaluate(t)[1:4]
 
-    def joints(self) -> Array:
+    def breakpoints(self) -> Array:
         """Return the breakpoints of the law on the teeth [rad], in order."""
         first, last = toothed_range(self.dwell)
         inner = (first + self.transition, last - self.transition) if self.transition else ()
@@ -177,6 +154,10 @@ class CosineLaw:
             return np.array([values[name] for name in ("phi1", "g", "dg", "ddg")])
         smooth = _law()(t=angles.ravel(), law=np.append(law, self.transition))
         return smooth["outputs"].reshape(4, *angles.shape)
+
+
+ArmLaw = SplineLaw | CosineLaw
+"""phi1(t) with phi1(t + 2 pi) = phi1(t) + 2 pi."""
 
 
 def compose_smooth_law(t: ca.SX, law: ca.SX) -> ca.SX:
@@ -215,9 +196,11 @@ def compose_smooth_law(t: ca.SX, law: ca.SX) -> ca.SX:
         return integral(after, distances[0]) + plain(middle) - plain(first + h) + rest
 
     turned = TURN * ca.floor((t - first) / TURN)
-    turn_angle, mean = t - turned, TURN / gained(start)
-    angle = far + mean * (gained(turn_angle) - gained(ca.SX(0))) + turned
-    tooth = ca.if_else(turn_angle > start + (end - start) / 2, first, ca.fmin(turn_angle, start))
+    folded_angle, mean = t - turned, TURN / gained(start)
+    angle = far + mean * (gained(folded_angle) - gained(ca.SX(0))) + turned
+    tooth = ca.if_else(
+        folded_angle > start + (end - start) / 2, first, ca.fmin(folded_angle, start)
+    )
     slopes = [1 + p * ca.cos(tooth), -p * ca.sin(tooth), -p * ca.cos(tooth)]
     for part, distance, sense in ((after, tooth - first, 1), (before, start - tooth, -1)):
         square, cube = part

@@ -221,12 +221,12 @@ def _compose_spline_law(law: SplineLaw, teeth: tuple[float, float]) -> _LawGraph
 
     def evaluate(t: Any) -> ca.SX:
         turned = TURN * ca.floor((t - base) / TURN)
-        turn_angle = t - turned
-        place = turn_angle if law.dwell is None else ca.fmin(turn_angle, last)
+        folded_angle = t - turned
+        place = folded_angle if law.dwell is None else ca.fmin(folded_angle, last)
         derivatives = compose_pieces(place, knots, coefficients, 4)
         angle = derivatives[0] + place
         if law.dwell is not None:
-            angle = ca.if_else(turn_angle <= last, angle, law.dwell_angle)
+            angle = ca.if_else(folded_angle <= last, angle, law.dwell_angle)
         return ca.vertcat(angle + turned, derivatives[1] + 1, *derivatives[2:])
 
     if law.dwell is None:
@@ -274,8 +274,8 @@ def _compose_motion(t: ca.SX, law: _LawGraph, inputs: Mapping[str, Any]) -> dict
 def _compose_gears(t: ca.SX, law: _LawGraph, inputs: Mapping[str, Any]) -> dict[str, ca.SX]:
     """Return the quantities of `GEARS` by name."""
     first, last = law.teeth
-    turn_angle = t - TURN * ca.floor((t - first) / TURN)
-    place = ca.if_else(turn_angle > (last + first + TURN) / 2, first, ca.fmin(turn_angle, last))
+    folded_angle = t - TURN * ca.floor((t - first) / TURN)
+    place = ca.if_else(folded_angle > (last + first + TURN) / 2, first, ca.fmin(folded_angle, last))
     arm, *slopes = ca.vertsplit(law.at(place))
     turned = {"g": slopes[0], "dg": slopes[1], "ddg": slopes[2], "phi5": place, "phi2": arm - np.pi}
     pitch = load_formulas(MODEL).composed("pitch", {**inputs, **turned})

@@ -203,12 +203,12 @@ class PickupTrain:
     ) -> float:
         """Integral of a function of angles (n,) over a range, or where the arm is driven.
 
-        By Gauss panels between the law's joints.
+        By Gauss panels between the law's breakpoints.
         """
         first, last = over or self.driven
-        joints = self.law.joints()
-        joints = joints[(joints > first) & (joints < last)]
-        ends = np.unique(np.concatenate([np.linspace(first, last, PANELS + 1), joints]))
+        points = self.law.breakpoints()
+        inside = points[(points > first) & (points < last)]
+        ends = np.unique(np.concatenate([np.linspace(first, last, PANELS + 1), inside]))
         nodes, weights = piecewise.gauss_panels(ends, NODES)
         return float(np.sum(function(nodes.ravel()) * weights.ravel()))
 

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from functools import partial
 from typing import TYPE_CHECKING
 
 from planter.kernels.formulas import load
 from planter.papers.pickup import analysis
 from planter.papers.pickup.law import MODEL
+from planter.papers.pickup.scene import build_pickup_scene, draw_figures
 from planter.report import files
-from planter.report.html import Block, Section, Text
+from planter.report.animation import MotionBlock
+from planter.report.html import Section, Text
 from planter.report.labels import tabulate_angles
 from planter.report.presentation import (
     ModelAssumptions,
@@ -20,13 +22,12 @@ from planter.report.presentation import (
 from planter.report.record_sections import list_record_sections
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
     from planter.kernels import Array
     from planter.papers.pickup.analysis import PickupOutcome
     from planter.papers.pickup.results import PickupFound
 
 NAMES = {"group.requirements_before": "Requirements before the redesign"}
+MOVING = "The pick-up over a cycle. Thick arcs on the gears lock the arm in the dwell."
 STEPS = 720
 """Rows of cycle.csv, path.csv and pitch.csv."""
 CAPTIONS = {
@@ -45,7 +46,9 @@ def present_pickup(outcome: PickupOutcome) -> ResultPresentation:
     """Return the presentation: mechanism, requirements, redesign of the path, and states at single
     angles.
     """
-    result, machine = outcome.result, outcome.machine
+    result, machine, train = outcome.result, outcome.machine, outcome.train
+    moved = outcome.redesigned
+    start, points_before = (None, None) if moved is None else (moved.start, moved.points_before)
     driven_by = f"driven by its {result.driven_by}"
     return ResultPresentation(
         title=f"Seedling pick-up {machine.name}, {driven_by}",
@@ -58,8 +61,8 @@ def present_pickup(outcome: PickupOutcome) -> ResultPresentation:
         sections=_list_sections(result),
         document=machine,
         model=ModelAssumptions.from_sidecar(load(MODEL).sidecar),
-        motions=partial(_animate, outcome),
-        figures=partial(_draw, outcome),
+        motions=lambda: [MotionBlock(build_pickup_scene(machine, train, points_before), MOVING)],
+        figures=lambda: draw_figures(machine, train, start, points_before),
         captions=CAPTIONS,
         tables=partial(_tabulate_cycle, outcome),
         comments=files.list_comments(machine, "pick-up", [driven_by]),
@@ -80,35 +83,11 @@ def _list_sections(result: PickupFound) -> list[Section]:
     return [*sections, Section("Note", [Text(note, "note")])]
 
 
-def _points_before(outcome: PickupOutcome) -> Array | None:
-    return None if outcome.redesigned is None else outcome.redesigned.points_before
-
-
-def _animate(outcome: PickupOutcome) -> Iterator[Block]:
-    from planter.papers.pickup.scene import build_pickup_scene
-    from planter.report.animation import MotionBlock
-
-    scene = build_pickup_scene(outcome.machine, outcome.train, _points_before(outcome))
-    yield MotionBlock(
-        scene, "The pick-up over a cycle. Thick arcs on the gears lock the arm in the dwell."
-    )
-
-
-def _draw(outcome: PickupOutcome) -> dict[str, Figure]:
-    from planter.papers.pickup.figures import draw_figures
-
-    before = None if outcome.redesigned is None else outcome.redesigned.start
-    return draw_figures(outcome.machine, outcome.train, before, _points_before(outcome))
-
-
 def _tabulate_cycle(outcome: PickupOutcome) -> Mapping[str, Mapping[str, Array]]:
-    cycle, teeth = (
-        analysis.sample_cycle(outcome.train, STEPS),
-        analysis.sample_pitch(outcome.train, STEPS),
-    )
+    cycle = analysis.sample_cycle(outcome.train, STEPS)
     tables = {
         "cycle.csv": cycle,
-        "pitch.csv": teeth,
+        "pitch.csv": analysis.sample_pitch(outcome.train, STEPS),
         "path.csv": {k: cycle[f"tip_{k}"] for k in ("x_mm", "y_mm")},
     }
     if outcome.redesigned is not None:

@@ -33,12 +33,13 @@ from planter.papers.pickup.inverse import LAW_DEGREE
 from planter.papers.pickup.law import MODEL, NEEDLE, ArmLaw, SplineLaw
 from planter.papers.pickup.model import PickupTrain
 from planter.papers.pickup.requirements import (
+    Cell,
+    CellEntry,
     find_push,
     list_requirements,
     pick_angle_deg,
 )
 from planter.papers.pickup.results import Demand
-from planter.papers.pickup.tray import Cell, CellEntry
 from planter.progress import Listener, ProgressPhase
 
 APART = np.radians(2)

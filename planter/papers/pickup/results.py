@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from planter.engine.solvers.certificate import ActiveConstraint
+from planter.engine.solvers.result import OptimalityCertificate
 from planter.files.record import Record, WarningRecord
 
 Pair = tuple[float, float]
@@ -111,14 +111,6 @@ class PickupState(Record):
 
 
 @dataclass(frozen=True)
-class PickupCertificate(Record):
-    """Certificate of the last round's optimum."""
-
-    kkt_residual: float
-    active: list[ActiveConstraint]
-
-
-@dataclass(frozen=True)
 class Optimised(Record):
     """Displacement of the value points that satisfies the requirements, or violates them least."""
 
@@ -126,7 +118,8 @@ class Optimised(Record):
     moved_mm: float
     iterations: int
     rounds: int
-    certificate: PickupCertificate | None
+    certificate: OptimalityCertificate | None
+    """That of the last round, None where nothing had to be moved."""
     requirements_before: list[Demand]
     value_points_before_mm: list[Pair]
     value_points_mm: list[Pair]

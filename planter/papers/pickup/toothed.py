@@ -5,52 +5,44 @@ arm dwells.
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from planter.errors import InputError
-from planter.gears import gear_set as made_known
+from planter.gears.gear_set import GearSet, place_gears
+from planter.gears.geometry.cutting import ToothOrder
 from planter.gears.geometry.intermittent_gears import IntermittentPair, build_intermittent_pair
-from planter.gears.options import Keep
-from planter.gears.request import GearOptions, Teeth
-from planter.gears.results import GearsFound
+from planter.gears.request import GearOptions
 from planter.papers.pickup import gears
 from planter.papers.pickup.file import Pickup, load_pickup
 from planter.papers.pickup.gears import build_rolling
 from planter.papers.pickup.model import PickupTrain, build_train
-from planter.progress import Listener
 from planter.report import files
 
 NAMES = ("sun", "intermediate gear")
 
 
-def make(
-    source: str, request: GearOptions, out: Path | None = None, progress: Listener | None = None
-) -> GearsFound:
+def cut_gears(source: str, options: GearOptions) -> GearSet:
     """The gears of a pick-up.
 
     Raises InputError for what no pick-up takes and for a law without teeth next to a dwell,
-    GeometryError as `intermittent` does.
+    GeometryError as `build_intermittent_pair` does.
     """
-    machine = load_pickup(source, request.changes)
-    _check(machine, request)
+    machine = load_pickup(source, options.changes)
+    _check(machine, options)
     train = build_train(machine)
     gears.check_gears(machine, train)
-    rack: dict[str, Any] = {
-        key: value for key, value in _read_rack(machine).items() if key not in request.explicit
-    }
-    teeth = replace(request.teeth, **rack)
-    gear_pair = cut_gears(machine, train, teeth, request)
-    return made_known.make_intermittent_pair(
-        gear_pair,
-        machine.name,
-        teeth,
-        request.part_settings,
-        files.list_provenance(machine),
-        out,
-        progress,
+    rack = _read_rack(machine)
+    order = replace(options.order, **{key: rack[key] for key in rack.keys() - options.explicit})
+    pair = _cut_pair(machine, train, order, options)
+    middle = pair.rolling.dwell_positions(np.array([0.5]))
+    return GearSet(
+        machine=machine.name,
+        order=order,
+        placed=place_gears(pair.gears, middle),
+        provenance=files.list_provenance(machine),
+        intermittent=pair,
     )
 
 
@@ -67,15 +59,16 @@ def _check(machine: Pickup, request: GearOptions) -> None:
             raise InputError(f"{machine.source}: {message}")
 
 
-def _read_rack(machine: Pickup) -> dict[str, float]:
+def _read_rack(machine: Pickup) -> dict[str, Any]:
     """Return the rack of the file: different addenda belong to one shifted rack."""
     stage = machine.noncircular_stage
     mean, shift = (stage.ha1 + stage.ha2) / 2, (stage.ha1 - stage.ha2) / 2
-    return {"pressure_angle": stage.alpha0_deg, "addendum": mean, "shift": shift}
+    angle = float(np.radians(stage.alpha0_deg))
+    return {"pressure_angle": angle, "addendum": mean, "shift": shift}
 
 
-def cut_gears(
-    machine: Pickup, train: PickupTrain, teeth: Teeth, request: GearOptions
+def _cut_pair(
+    machine: Pickup, train: PickupTrain, order: ToothOrder, request: GearOptions
 ) -> IntermittentPair:
     """The non-circular pair with the module given or in the file, or with the requested number of
     teeth on its arc.
@@ -89,7 +82,7 @@ def cut_gears(
             f"{machine.source}: the arm is driven by other means than teeth next to the dwell, "
             "where no pitch curve leads to the locking arcs: the law's slope must jump there"
         )
-    module, order = _module(machine, train, request), teeth.order(None, None, None)
+    module = _module(machine, train, request)
     return build_intermittent_pair(build_rolling(train), module, order, machine.source, NAMES)
 
 
@@ -101,7 +94,7 @@ def _module(machine: Pickup, train: PickupTrain, request: GearOptions) -> float:
     module_mm, counts, arc = request.modules_mm[0], request.counts, train.arc
     if not counts:
         return float(train.teeth[0]) if module_mm is None else module_mm * 1e-3
-    if request.keep is Keep.module:
+    if request.keep == "module":
         raise InputError(
             f"{machine.source}: --keep module does not go with --teeth: the size follows from the "
             f"bars"

@@ -19,16 +19,13 @@ from typing import Any
 import numpy as np
 
 from planter.engine.proof.certificate_file import write_certificate
-from planter.engine.proof.enclosures import (
-    EnclosedResponse,
-    ResponseProgram,
-    ResponseRecorder,
-    RootStart,
+from planter.engine.proof.enclosures import Kinks, ResponseProgram, ResponseRecorder, RootStart
+from planter.engine.proof.objective import (
+    ProvableObjective,
+    ProvedQuantity,
+    build_provable_objective,
 )
-from planter.engine.proof.objective import ProvableObjective
-from planter.engine.proof.panels import MovingKinks
 from planter.engine.proof.search import SECONDS, Incumbent
-from planter.engine.proof.sums import ProvedQuantity, build_provable_objective
 from planter.engine.solvers.response import find_breakpoints
 from planter.gears.geometry.stage import Stage
 from planter.kernels import Array, generated
@@ -62,10 +59,6 @@ class EnclosedForce:
         ]
         counts = [len(stage.names) for stage in device.stages]
         self._ends = np.cumsum([0, device.size - sum(counts), *counts]).tolist()
-
-    def enclose(self, quantities: Sequence[ProvedQuantity]) -> EnclosedResponse:
-        """Return the force as each of some quantities."""
-        return EnclosedResponse(self.record(quantities), self.find_starts)
 
     def record(self, quantities: Sequence[ProvedQuantity]) -> ResponseProgram:
         """Return the code of the force, as each of some quantities of both sides."""
@@ -119,13 +112,12 @@ class EnclosedForce:
             if gear.has_series
         ]
 
-    def find_kinks(self, x: Array) -> MovingKinks:
+    def find_kinks(self, x: Array) -> Kinks:
         """Return the kinks of the force at a design (p,)."""
         force = self.device.force
         points = find_breakpoints(force, force.prologue(x))
-        return MovingKinks(
-            points.folded, points.velocity, points.acceleration(np.arange(len(points.angles)))
-        )
+        bends = points.acceleration(np.arange(len(points.angles)))
+        return points.folded, points.velocity, bends
 
     @property
     def without(self) -> tuple[str, ...]:
@@ -202,7 +194,7 @@ class GearCode:
         series: list[int] = []
         if self.has_series:
             radii = recorder.call(lambda xp, p: module.radii(xp, p, terms)[1], unit)
-            (distance,) = recorder.solve(
+            (distance,) = recorder.call(
                 lambda _, a: module.closure(a[0], a[1:])[1:], radii, [np.inf]
             )
             series = recorder.call(self._evaluate_series, [distance, *unit])
@@ -254,15 +246,10 @@ def add_proof(
     device, optimum = optimisation.devices[optimisation.result.model], optimisation.optimum
     count = None if optimum.sampling == "refined" else optimum.sampling
     build = partial(build_objective_enclosure, device.machine, device.model, count)
-    scope = (
-        "no design of the box, requirements kept or not,"
-        if optimum.requirements
-        else "no design of the box"
-    )
-    incumbent = Incumbent(
-        optimum.design, device.named(optimum.design), optimum.objective, count, scope
-    )
-    box, sources = find_searched_box(device, optimum.design), EnclosedForce(device).list_sources()
+    extra = ", requirements kept or not," if optimum.requirements else ""
+    design, scope = optimum.design, f"no design of the box{extra}"
+    incumbent = Incumbent(design, device.named(design), optimum.objective, count, scope)
+    box, sources = find_searched_box(device, design), EnclosedForce(device).list_sources()
     proof, text = write_certificate(
         build, box, incumbent, device.names, sources, seconds, progress, means, earlier, keep
     )
@@ -278,11 +265,8 @@ def build_objective_enclosure(
     it.
     """
     device = Device(machine, model)
-    force = EnclosedForce(device)
     measures = build_measures(machine)
-    return build_provable_objective(
-        device.force.machine, measures, count, force.enclose, find_kinks=force.find_kinks
-    )
+    return build_provable_objective(device.force.machine, measures, count, EnclosedForce(device))
 
 
 def find_searched_box(device: Device, design: Array) -> tuple[Array, Array]:

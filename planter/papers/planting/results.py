@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from planter.engine.proof.search import GlobalBound
+from planter.engine.proof.proof_results import GlobalBound
 from planter.engine.solvers.result import EvaluationCounts, OptimalityCertificate
 from planter.files.record import Record
 from planter.kernels import Array

@@ -10,19 +10,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
 from planter.errors import InputError
-from planter.gears.gear_set import GearSet, make_gear_set
+from planter.gears.gear_set import GearSet
 from planter.gears.geometry import families
 from planter.gears.geometry.cutting import ToothedPair, ToothOrder, cut_teeth
 from planter.gears.geometry.pitch_curves import build_stage_pair
-from planter.gears.options import Keep
 from planter.gears.parts import PlacedGear
-from planter.gears.request import GearOptions, Teeth
-from planter.gears.results import GearsFound, Scaled
+from planter.gears.request import GearOptions
+from planter.gears.results import Scaled
 from planter.kernels import Array
 from planter.numerics.arrays import wrap_angle
 from planter.papers.planting.file import load
@@ -30,7 +28,6 @@ from planter.papers.planting.model import Device
 from planter.papers.planting.requirement_rows import RequirementRows
 from planter.papers.planting.requirements import evaluate_requirements
 from planter.papers.planting.tooth_friction import compute_friction
-from planter.progress import Listener
 from planter.report import files
 
 SAMPLES = 360
@@ -181,31 +178,27 @@ class PlantingGearTrain:
         return np.array([side["x_tip"], side["y_tip"]])
 
 
-def cut_gear_set(
-    device: Device,
-    teeth: Teeth,
-    modules_mm: Sequence[float | None],
-    counts: Sequence[int],
-    keep: Keep | None,
-) -> GearSet:
+def cut_gears(source: str, options: GearOptions) -> GearSet:
     """The gears of a device's own design, by the options of a command: modules and teeth of each
     stage.
 
-    Raises InputError for teeth of one stage alone, and as `toothed` does.
+    Raises InputError for teeth of one stage alone, and as `cut_teeth` does.
     """
-    if len(counts) == 1:
+    speed = {} if options.speed_rpm is None else {"operation.speed_rpm": options.speed_rpm}
+    device = Device(load(source, {**options.changes, **speed}), "exact")
+    if len(options.counts) == 1:
         raise InputError(
-            f"--teeth {counts[0]}: it must be Z1,Z2, the teeth of stage 1 and of stage 2"
+            f"--teeth {options.counts[0]}: it must be Z1,Z2, the teeth of stage 1 and of stage 2"
         )
-    orders = [
-        teeth.order(counts[k] if counts else None, module, keep)
-        for k, module in enumerate(modules_mm)
-    ]
-    train = cut_gear_train(device, orders)
-    provenance = files.list_provenance(device.machine)
-    friction = compute_friction(device, train.x, train.stages)
+    train = cut_gear_train(device, [options.order_pair(k) for k in range(2)])
     return GearSet(
-        device.machine.name, train.stages, train.place_gears(), train.change(), provenance, friction
+        machine=device.machine.name,
+        order=options.order,
+        placed=train.place_gears(),
+        provenance=files.list_provenance(device.machine),
+        pairs=train.stages,
+        scaled=train.change(),
+        rubbing=compute_friction(device, train.x, train.stages),
     )
 
 
@@ -246,13 +239,3 @@ def _list_broken_requirements(device: Device, x: Array) -> list[str] | None:
         return None
     entries = evaluate_requirements(RequirementRows(device), x)
     return [entry.name for entry in entries if entry.margin < 0]
-
-
-def make(
-    source: str, options: GearOptions, out: Path | None = None, progress: Listener | None = None
-) -> GearsFound:
-    """The gears of both stages. Raises as `gears.gears` and `gears.gear_set.make_gear_set` do."""
-    speed = {} if options.speed_rpm is None else {"operation.speed_rpm": options.speed_rpm}
-    device = Device(load(source, {**options.changes, **speed}), "exact")
-    gear_set = cut_gear_set(device, options.teeth, options.modules_mm, options.counts, options.keep)
-    return make_gear_set(gear_set, options.teeth, options.part_settings, out, progress)

@@ -18,7 +18,7 @@ from planter.engine.machine import Machine, load_machine
 from planter.engine.measures import parse_limit, parse_sum
 from planter.engine.outputs import SampledOutputs
 from planter.engine.piecewise import build_clearance, build_distance
-from planter.engine.proof.sums import check_provable
+from planter.engine.proof.objective import check_provable
 from planter.engine.response import MachineResponse
 from planter.engine.search import SearchSpec
 from planter.engine.solvers.constraints import ConstrainedModel

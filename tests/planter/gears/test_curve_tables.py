@@ -10,11 +10,9 @@ import pytest
 
 from planter.errors import PlanterError
 from planter.gears.geometry.pitch_curves import POLAR as POLAR_ROW
-from planter.gears.geometry.pitch_curves import build_sampled_pair
+from planter.gears.geometry.pitch_curves import SampledRadius
 from planter.gears.request import GearTurns, load_pair
 from planter.kernels import Array
-from planter.numerics import piecewise
-from planter.numerics.arrays import find_gap
 from tests.support.cli import answer, refusal
 
 POLAR = np.arange(60) * 6.0
@@ -68,12 +66,6 @@ def test_missing_rows_within_the_spacing_are_allowed(tmp_path: Path, dropped: li
     assert pair.gear.length == pytest.approx(0.2517, rel=2e-3)
 
 
-def test_gap_is_judged_by_the_typical_step() -> None:
-    assert find_gap(np.full(20, 3.0)) is None
-    assert find_gap(np.array([1.0, 1.0, 4.9, 1.0])) is None
-    assert find_gap(np.array([1.0, 1.0, 5.1, 1.0])) == 2
-
-
 IMPOSSIBLE = {
     "one radius of 120": (replaced(30, 120.0), "must be at most 80°"),
     "nearly nothing": (RADIUS * 1e-12, "must be at least 0.01 mm"),
@@ -96,11 +88,6 @@ def test_impossible_curve_is_refused_in_seconds(tmp_path: Path, kind: str) -> No
     begun = time.process_time()
     assert message in refusal(f"gears --curve {file} --module 2")
     assert time.process_time() - begun < 5
-
-
-def test_rough_function_ends_with_an_error() -> None:
-    with pytest.raises(piecewise.RoughFunctionError):
-        piecewise.ChebyshevPanels.fit(lambda t: np.sin(1e6 * t)[None], np.linspace(0, 1, 9))
 
 
 def perturb(random: np.random.Generator) -> tuple[Array, Array]:
@@ -135,8 +122,12 @@ def perturb(random: np.random.Generator) -> tuple[Array, Array]:
     return polar, radius
 
 
-def load_perturbed(tmp_path: Path, seed: int) -> None:
-    """Load one damaged curve, in seconds: a pair, or one sentence."""
+SEEDS = [*range(6), *(pytest.param(seed, marks=pytest.mark.long) for seed in range(6, 300))]
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_perturbed_table_gives_pair_or_single_line(tmp_path: Path, seed: int) -> None:
+    """In seconds."""
     file = write_curve(tmp_path / "own.csv", *perturb(np.random.default_rng(seed)))
     begun, refused = time.process_time(), ""
     try:
@@ -147,25 +138,14 @@ def load_perturbed(tmp_path: Path, seed: int) -> None:
     assert time.process_time() - begun < 20
 
 
-@pytest.mark.parametrize("seed", range(6))
-def test_perturbed_table_gives_pair_or_single_line(tmp_path: Path, seed: int) -> None:
-    load_perturbed(tmp_path, seed)
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("seed", range(6, 300))
-def test_any_perturbed_table_gives_pair_or_single_line(tmp_path: Path, seed: int) -> None:
-    load_perturbed(tmp_path, seed)
-
-
 def test_clockwise_table_error_names_the_table_angle() -> None:
     with pytest.raises(PlanterError, match=r"at the polar angle 1[78]\d\.?\d* deg"):
-        build_sampled_pair(np.radians(POLAR), replaced(30, 120.0) * 1e-3, "own", sense=-1)
+        SampledRadius(np.radians(POLAR), replaced(30, 120.0) * 1e-3, "own", -1).build_pair()
 
 
 @pytest.mark.parametrize("turns", [1, 3])
 def test_mate_of_a_circle_is_a_circle(turns: int) -> None:
-    pair = build_sampled_pair(np.radians(POLAR), np.full(60, 0.0317), "own", turns)
+    pair = SampledRadius(np.radians(POLAR), np.full(60, 0.0317), "own").build_pair(turns)
     assert pair.distance == pytest.approx(0.0317 * (1 + turns), rel=1e-12)
 
 
@@ -189,33 +169,24 @@ def test_corner_is_refused_with_its_place(tmp_path: Path, kind: str) -> None:
     assert min(abs(polar - place - k * 180) for k in (-1, 0, 1)) <= 1
 
 
+CROWDED = np.unique(np.concatenate([np.arange(0, 360, 3.0), 100 + np.arange(100) / 10]))
 SMOOTH = {
-    "lobes": 30 / (1 - 0.25 * np.cos(2 * np.radians(DEGREES))),
-    "seven waves": 40 + np.cos(7 * np.radians(DEGREES)),
-    "a narrow bump": 40 + 0.3 * np.exp(-(((DEGREES - 90) / 3) ** 2)),
-    "a jump of the curvature": 40
-    + np.where(DEGREES < 180, 3e-4 * (DEGREES * (180 - DEGREES)), 0.0) ** 2 / 20,
-    "three decimals": np.round(40 + 3 * np.cos(np.radians(DEGREES)), 3),
+    "lobes": (DEGREES, 30 / (1 - 0.25 * np.cos(2 * np.radians(DEGREES)))),
+    "seven waves": (DEGREES, 40 + np.cos(7 * np.radians(DEGREES))),
+    "a narrow bump": (DEGREES, 40 + 0.3 * np.exp(-(((DEGREES - 90) / 3) ** 2))),
+    "a jump of the curvature": (
+        DEGREES,
+        40 + np.where(DEGREES < 180, 3e-4 * DEGREES * (180 - DEGREES), 0.0) ** 2 / 20,
+    ),
+    "three decimals": (DEGREES, np.round(40 + 3 * np.cos(np.radians(DEGREES)), 3)),
+    "crowded rows": (CROWDED, 40 + 3 * np.cos(np.radians(CROWDED))),
 }
+"""Steps of crowded rows vary by a factor of 30: a smooth curve bends in proportion to them."""
 
 
 @pytest.mark.parametrize("kind", SMOOTH)
 def test_smooth_table_has_no_corner(tmp_path: Path, kind: str) -> None:
-    assert load_pair(write_curve(tmp_path / "own.csv", DEGREES, SMOOTH[kind]), None).sense == 1
-
-
-def test_crowded_rows_are_no_corner(tmp_path: Path) -> None:
-    """Steps that vary by a factor of 30 from row to row: a smooth curve bends in proportion to
-    them.
-    """
-    polar = np.sort(np.concatenate([np.arange(0, 360, 3.0), np.arange(100, 110, 0.1)]))
-    polar = polar[np.append(np.diff(polar) > 1e-6, True)]
-    assert (
-        load_pair(
-            write_curve(tmp_path / "own.csv", polar, 40 + 3 * np.cos(np.radians(polar))), None
-        ).sense
-        == 1
-    )
+    assert load_pair(write_curve(tmp_path / "own.csv", *SMOOTH[kind]), None).sense == 1
 
 
 AXES, MEAN, SWING = 60.0, 2, 0.25
@@ -246,16 +217,12 @@ def test_faster_mate_closes_at_its_distance(tmp_path: Path) -> None:
     assert stage["transmission_error_rad"] < 1e-11
     assert stage["overlap_mm2"] < 1e-9
     pair = load_pair(file, None, GearTurns(1, 2))
+    slower = load_pair(file, None, GearTurns(2, 1, is_stated=True))
+    assert slower.distance > 0.1
+    assert slower.mate.length == pytest.approx(2 * slower.gear.length, rel=1e-11)
     rows = pair.mate.at(np.linspace(0, pair.mate.length, 900, endpoint=False))
     expected = AXES * (1 - 1 / (1 + MEAN * (1 + SWING * np.cos(2 * rows[POLAR_ROW])))) * 1e-3
     np.testing.assert_allclose(np.hypot(*rows[:2]), expected, rtol=1e-7)
-
-
-def test_slower_mate_is_another_pair(tmp_path: Path) -> None:
-    file = write_curve(tmp_path / "own.csv", DEGREES, faster_mate())
-    (stage,) = answer(f"gears --curve {file} --teeth 40 --turns 2:1")["stages"]
-    assert stage["z"] == [40, 80]
-    assert stage["centre_distance_mm"] > 100
 
 
 def test_mate_in_a_file_tells_the_turns(tmp_path: Path) -> None:
@@ -278,6 +245,6 @@ def test_mate_needs_a_curve_that_repeats(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("text", ["0", "2:3", "x", "1:2:3", "21", "-1", ":2"])
-def test_invalid_turns_are_refused(tmp_path: Path, text: str) -> None:
-    file = write_curve(tmp_path / "own.csv", POLAR, RADIUS)
-    assert f"--turns {text}" in refusal(f"gears --curve {file} --teeth 40 --turns={text}")
+def test_invalid_turns_are_refused(text: str) -> None:
+    with pytest.raises(PlanterError, match=f"--turns {text}"):
+        GearTurns.parse(text)

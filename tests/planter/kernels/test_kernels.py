@@ -2,9 +2,7 @@
 
 import pickle
 import signal
-import threading
 from collections.abc import Callable
-from pathlib import Path
 
 import casadi as ca
 import numpy as np
@@ -13,7 +11,7 @@ import pytest
 from planter.errors import ComputationError
 from planter.kernels import CallError, Kernel, backends, toolchain
 from planter.kernels.backends import Backend, LaneTask
-from tests.support.lanes import build_square, needs_compiler
+from tests.support.lanes import needs_compiler
 
 
 @pytest.fixture
@@ -121,6 +119,7 @@ class TestCompiled:
         assert kernel.way == "casadi-vm"
         kernel.compile()
         assert kernel.way == "lanes"
+        assert backends.is_compiled(kernel.work)
         assert kernel(phi=[0.5, 1.5], x=[2.0, 3.0])["y"] == pytest.approx(
             2 * np.sin([[0.5, 1.5]]) + 3, rel=1e-15
         )
@@ -161,37 +160,6 @@ class TestCompiled:
                 ComputationError, match=r"root: output [yz]\[0\] is not finite in lane 1"
             ):
                 root(x=np.array([4.0, bad]))
-
-    def test_in_the_background_until_it_is_there(
-        self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-    ) -> None:
-        monkeypatch.setenv("PLANTER_CACHE", str(tmp_path))
-        kernel = build_square("later")
-        assert not backends.is_compiled(kernel.work)
-        kernel.compile(wait=False)
-        assert kernel(x=[3.0])["y"][0, 0] == 9
-        for thread in threading.enumerate():
-            if thread.name == "compile later":
-                thread.join(timeout=60)
-        assert kernel.way == "lanes"
-        assert kernel(x=[3.0])["y"][0, 0] == 9
-        assert backends.is_compiled(kernel.work)
-
-    def test_settled_kernel_has_a_single_backend(
-        self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-    ) -> None:
-        monkeypatch.setenv("PLANTER_CACHE", str(tmp_path))
-        kernel = build_square("settled")
-        kernel.compile(wait=False)
-        kernel.settle()
-        assert kernel.way == "lanes"
-        kernel.settle()
-
-    def test_cached_kernel_is_available_at_once(self, kernel: Kernel) -> None:
-        kernel.compile()
-        other = Kernel(kernel.function, lanes=["phi"])
-        other.compile(wait=False)
-        assert other.way == "lanes"
 
 
 @pytest.mark.parametrize(

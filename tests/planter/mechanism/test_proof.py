@@ -19,12 +19,17 @@ import pytest
 from planter.engine.goal import Goal
 from planter.engine.measures import parse_limit, parse_sum
 from planter.engine.proof import enclosures
-from planter.engine.proof.enclosures import EnclosedResponse, ObjectiveBounds, enclose_samples
+from planter.engine.proof.enclosures import ResponseProgram
 from planter.engine.proof.intervals import Ball, Unbounded
 from planter.engine.proof.jets import ANYWHERE, Jet, Space
-from planter.engine.proof.objective import ProvableObjective
-from planter.engine.proof.search import GlobalBound, Incumbent, prove_bound
-from planter.engine.proof.sums import ProvedQuantity, build_provable_objective
+from planter.engine.proof.objective import (
+    ObjectiveBounds,
+    ProvableObjective,
+    ProvedQuantity,
+    build_provable_objective,
+)
+from planter.engine.proof.proof_results import GlobalBound
+from planter.engine.proof.search import Incumbent, prove_bound
 from planter.engine.response import MachineResponse
 from planter.kernels import Array
 from planter.kernels.generated import find_periodic
@@ -36,6 +41,7 @@ from planter.mechanism.proof import EnclosedMechanism
 from planter.report.presentation import describe_proof
 from planter.text_files import read_json
 from tests.planter.engine.proof.tampering import renew
+from tests.planter.engine.proof.toys import enclose_samples
 from tests.support import own
 from tests.support.cli import answer, refusal, run
 from tests.support.schemas import load_schema
@@ -68,9 +74,8 @@ def enclose(
     file: MechanismFile, quantities: tuple[tuple[str, bool], ...], box: tuple[Array, Array]
 ) -> list[Jet]:
     enclosed = EnclosedMechanism(build_machine(file), file.model)
-    return enclose_samples(
-        enclosed.enclose([ProvedQuantity(*pair) for pair in quantities]), Space(*box), COUNT
-    )
+    space, program = Space(*box), enclosed.record([ProvedQuantity(*pair) for pair in quantities])
+    return enclose_samples(program, space, COUNT, enclosed.find_starts(space.centre))
 
 
 def count_misses(
@@ -130,7 +135,7 @@ def goal_of(name: str, objective: str) -> tuple[Goal, ProvableObjective]:
     machine, terms = build_machine(file), parse_sum(objective)
     goal = Goal(machine, terms, (), COUNT)
     return goal, build_provable_objective(
-        machine, terms, COUNT, EnclosedMechanism(machine, file.model).enclose
+        machine, terms, COUNT, EnclosedMechanism(machine, file.model)
     )
 
 
@@ -179,7 +184,7 @@ def test_possible_friction_reversal_disables_slope_proof() -> None:
     machine = build_machine(file)
     objective = parse_sum("max abs F_Oy")
     bounding = build_provable_objective(
-        machine, objective, COUNT, EnclosedMechanism(machine, file.model).enclose
+        machine, objective, COUNT, EnclosedMechanism(machine, file.model)
     )
     assert bounding(*find_box(file, 1e-5)).may_jump
     assert not goal_of("transplanting_arm", "range F_Ox + rms M_in")[1](
@@ -196,7 +201,7 @@ def bound_arm(objective: str, *limits: str) -> ObjectiveBounds:
         [parse_limit(limit) for limit in limits],
     )
     bounding = build_provable_objective(
-        machine, terms, COUNT, EnclosedMechanism(machine, file.model).enclose, holds
+        machine, terms, COUNT, EnclosedMechanism(machine, file.model), holds
     )
     return bounding(*find_box(file))
 
@@ -220,14 +225,14 @@ def test_boxes_violating_a_limit_are_empty() -> None:
 
 def test_samples_without_an_enclosure_are_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
     sums = "range F_Ox + rms M_in", "max F_Ox + std M_in - min F_Oy + variance F_Ay"
-    free_bounds, prepare = [bound_arm(objective) for objective in sums], EnclosedResponse.prepare
+    free_bounds, prepare = [bound_arm(objective) for objective in sums], ResponseProgram.prepare
 
-    def fail(self: EnclosedResponse, space: Space, phi: Jet, starts: Any) -> list[Jet]:
+    def fail(self: ResponseProgram, space: Space, phi: Jet, starts: Any) -> list[Jet]:
         gap = np.where(np.arange(phi.lanes) == 5, np.nan, 0.0)
         angles, *rest = prepare(self, space, phi, starts)
         return [angles + space.constant(Ball.exact(gap)), *rest]
 
-    monkeypatch.setattr(EnclosedResponse, "prepare", fail)
+    monkeypatch.setattr(ResponseProgram, "prepare", fail)
     for objective, other in zip(sums, free_bounds, strict=True):
         part = bound_arm(objective)
         assert part.lower_bound <= other.lower_bound + 1e-9 * abs(other.lower_bound)

@@ -132,3 +132,8 @@ def test_gauss_panels_are_exact_to_stated_degree(count: int) -> None:
         expected = (ENDS[-1] ** (degree + 1) - ENDS[0] ** (degree + 1)) / (degree + 1)
         off = abs(float((weights * nodes**degree).sum()) / expected - 1)
         assert (off < 1e-13) == right
+
+
+def test_rough_function_is_refused() -> None:
+    with pytest.raises(piecewise.RoughFunctionError):
+        ChebyshevPanels.fit(lambda t: np.sin(1e6 * t)[None], np.linspace(0, 1, 9))

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from planter.errors import Interrupted
-from planter.gears.options import Module1Option, Module2Option, ModuleOption
+from planter.gears.commands import Module1Option, Module2Option, ModuleOption
 from planter.mechanism.commands import SearchOptions, refuse_options, run_optimise
 from planter.papers.planting.commands.options import (
     FIGURES,

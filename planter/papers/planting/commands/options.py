@@ -62,7 +62,11 @@ def load_other(source: str, set_: Sequence[str] | None, speed_rpm: float | None)
     """Return the machine of a source, None if it is a planting device or unknown."""
     from planter.engine.machine import load_machine
 
-    return load_machine(source, parse_changes(set_), speed_rpm) if is_other(source) else None
+    return (
+        load_machine(source, parse_changes(set_), speed_rpm, is_driven=False)
+        if is_other(source)
+        else None
+    )
 
 
 def has_limits(source: str) -> bool:

@@ -6,16 +6,21 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from copy import deepcopy
+from functools import partial, reduce
+from operator import getitem
 from typing import Any
 
 from planter.engine.proof.certificate_file import compute_digest
 from planter.engine.proof.check_proof import MEASURES, state_claim
 
 Document = dict[str, Any]
-Tampering = Callable[[Document], None]
-NOT_FINITE = ("nan", "-nan", "-inf", "inf")
+Changes = Iterator[tuple[str, Callable[[Document], None]]]
+"""What is changed, and the change."""
+NOT_FINITE = ("nan", "-nan", "-inf", "inf", float("nan"), float("inf"), "0x1p99999")
 WRONG: tuple[Any, ...] = (None, [], {}, "", "x", -1, 0.5, True)
 """Values that are put for a whole part."""
+OTHER = {"sin": "cos", "cos": "sin", "multiply": "add", "add": "multiply", "negate": "not"}
+"""Operations that are put for others."""
 
 
 def renew(document: Document) -> Document:
@@ -32,28 +37,38 @@ def renew(document: Document) -> Document:
 
 def list_tampered(document: Document) -> Iterator[tuple[str, Document]]:
     """Yield what was changed, and the changed document."""
-    for name, tamper in _list_tamperings(document):
-        tampered = deepcopy(document)
-        tamper(tampered)
-        yield name, renew(tampered)
-    for name, value in (
-        ("statement", "no design is better"),
-        ("statement", document["statement"] + " "),
-        ("sha256", "0"),
-    ):
-        tampered = deepcopy(document) | {name: value}
-        if name == "statement":
-            tampered["sha256"] = compute_digest(tampered)
-        yield f"{name} {value[-8:]}", tampered
+    lists = _spoil_keys, _change_numbers, _change_measures, _change_programs, _change_boxes
+    for change in (*lists, _change_trees):
+        for name, tamper in change(document):
+            tampered = deepcopy(document)
+            tamper(tampered)
+            yield name, renew(tampered)
+    for statement in ("no design is better", document["statement"] + " "):
+        tampered = deepcopy(document) | {"statement": statement}
+        yield "statement", tampered | {"sha256": compute_digest(tampered)}
+    yield "sha256", deepcopy(document) | {"sha256": "0"}
 
 
-def _list_tamperings(document: Document) -> Iterator[tuple[str, Tampering]]:
-    yield from _list_spoiled_keys(document)
-    yield from _list_numbers(document)
-    yield from _list_measures(document)
-    yield from _list_programs(document)
-    yield from _list_boxes(document)
-    yield from _list_trees(document)
+def _put(path: tuple[Any, ...], *values: Any) -> Changes:
+    """Yield the exchange of what stands at a path for each of some values."""
+    for value in values:
+        yield f"{'.'.join(map(str, path))} = {value!r}", partial(_set, path, value)
+
+
+def _set(path: tuple[Any, ...], value: Any, document: Document) -> None:
+    *way, last = path
+    reduce(getitem, way, document)[last] = value  # type: ignore[index]
+
+
+def _pop(*path: Any) -> Changes:
+    """Yield the loss of what stands at a path."""
+    *way, last = path
+    yield f"without {path}", lambda document: reduce(getitem, way, document).pop(last)  # type: ignore[attr-defined]
+
+
+def _append(key: str, *values: Any) -> Changes:
+    for value in values:
+        yield f"another of {key}", lambda document, value=value: document[key].append(value)  # type: ignore[misc]
 
 
 def _list_kinds(document: Document) -> list[tuple[int, Document]]:
@@ -64,52 +79,29 @@ def _list_kinds(document: Document) -> list[tuple[int, Document]]:
     return [(place, document["nodes"][place]) for place in first.values()]
 
 
-def _put(*path: Any, value: Any) -> Tampering:
-    def tamper(document: Document) -> None:
-        part: Any = document
-        for key in path[:-1]:
-            part = part[key]
-        part[path[-1]] = value
-
-    return tamper
-
-
-def _list_spoiled_keys(document: Document) -> Iterator[tuple[str, Tampering]]:
+def _spoil_keys(document: Document) -> Changes:
     """Every key left out, or with something of another kind; one key more."""
-    yield "another key", _put("another", value=1)
+    yield from _put(("another",), 1)
+    yield from _put(("kind",), {"true": "sampled", "sampled": "true"}[document["kind"]])
     for key in document.keys() - {"sha256", "statement"}:
-        yield f"without {key}", lambda document, key=key: document.pop(key)  # type: ignore[misc]
+        yield from _pop(key)
         for value in WRONG:
             is_version = key == "planter" and isinstance(value, str)  # any text names one
             is_weaker = key == "lower_bound" and value is None
             if document[key] != value and not is_version and not is_weaker:
-                yield f"{key} = {value!r}", _put(key, value=value)
+                yield from _put((key,), value)
     for key in document["response"]:
-        yield f"without response.{key}", lambda document, key=key: document["response"].pop(key)  # type: ignore[misc]
-        for value in (None, [], "", -1, "x"):
-            yield f"response.{key} = {value!r}", _put("response", key, value=value)
-    for place in ("generated", "parameters", "quantities"):
-        yield f"{place} of another length", _shorten(place)
+        yield from _pop("response", key)
+        yield from _put(("response", key), None, [], "", -1, "x")
     (module, *_) = document["generated"]
-    for value in ("", "0" * 63, "g" * 64, "0" * 65, None, 0):
-        yield f"hash = {value!r}", _put("generated", module, value=value)
-    second = document["parameters"][1]
-    yield "equal parameters", _put("parameters", 0, value=second)
-    yield "nameless parameter", _put("parameters", 0, value="")
-    yield "number for a parameter", _put("parameters", 0, value=1)
+    yield from _pop("generated", module)
+    yield from _put(("generated", module), "", "0" * 63, "g" * 64, "0" * 65, None, 0)
+    yield from _pop("quantities", 0)
+    yield from _pop("parameters", -1)
+    yield from _put(("parameters", 0), document["parameters"][1], "", 1)
 
 
-def _shorten(place: str) -> Tampering:
-    def tamper(document: Document) -> None:
-        if isinstance(document[place], dict):
-            document[place].clear()
-        else:
-            document[place].pop()
-
-    return tamper
-
-
-def _list_numbers(document: Document) -> Iterator[tuple[str, Tampering]]:
+def _change_numbers(document: Document) -> Changes:
     """Numbers that are none or infinite, wherever a number stands."""
     places: list[tuple[Any, ...]] = [
         ("lower_bound",),
@@ -124,96 +116,51 @@ def _list_numbers(document: Document) -> Iterator[tuple[str, Tampering]]:
     for index, node in _list_kinds(document):
         places += [("nodes", index, "bound")] if "bound" in node else []
         places += [("nodes", index, "split", 1)] if "split" in node else []
+        for key in ("panels", "narrow"):
+            if key in node.get("evidence", {}):
+                path = ("nodes", index, "evidence", key)
+                yield from _put((*path, "knots", 0), float("nan"), float("inf"), "nan")
+                yield from _put((*path, "rates", 0), [0.0])
     operations = document["response"]["stages"][-1]["operations"]
     constant = next(n for n, step in enumerate(operations) if step[0] == "constant")
     places.append(("response", "stages", -1, "operations", constant, 2, 0))
     for place in places:
-        for value in (*NOT_FINITE, float("nan"), float("inf"), "0x1p99999"):
-            yield f"{'.'.join(map(str, place))} = {value}", _put(*place, value=value)
-    for index, node in _list_kinds(document):
-        for key in ("panels", "narrow"):
-            if key in node.get("evidence", {}):
-                for value in (float("nan"), float("inf"), "nan"):
-                    yield (
-                        f"nodes[{index}].{key} = {value}",
-                        _put("nodes", index, "evidence", key, "knots", 0, value=value),
-                    )
-                yield (
-                    f"nodes[{index}].{key}.rates",
-                    _put("nodes", index, "evidence", key, "rates", 0, value=[0.0]),
-                )
+        yield from _put(place, *NOT_FINITE)
 
 
-def _list_measures(document: Document) -> Iterator[tuple[str, Tampering]]:
+def _change_measures(document: Document) -> Changes:
     """Terms and limits of other kinds, signs, quantities and weights."""
     for index, term in enumerate(document["terms"]):
-        for measure in (*MEASURES, "median", "", None):
-            if measure != term["measure"]:
-                yield (
-                    f"terms[{index}].measure = {measure}",
-                    _put("terms", index, "measure", value=measure),
-                )
-        for value in (-1, 1, 7, True, 0.0, "0", None):
-            yield (
-                f"terms[{index}].quantity = {value!r}",
-                _put("terms", index, "quantity", value=value),
-            )
-        for value in (True, 1, "", None):
-            yield f"terms[{index}].size = {value!r}", _put("terms", index, "size", value=value)
+        path = ("terms", index)
+        kinds = {*MEASURES, "median", "", None} - {term["measure"]}
+        yield from _put((*path, "measure"), *kinds)
+        yield from _put((*path, "quantity"), -1, 1, 7, True, 0.0, "0", None)
+        yield from _put((*path, "size"), True, 1, "", None)
         weight = float.fromhex(term["weight"])
-        for factor in (-1, 0, 0.5, 1.001, 1000):
-            yield (
-                f"terms[{index}].weight x {factor}",
-                _put("terms", index, "weight", value=(factor * weight).hex()),
-            )
-        yield f"terms[{index}].angle_deg", _put("terms", index, "angle_deg", value=(30.0).hex())
-        yield f"without terms[{index}]", lambda document, index=index: document["terms"].pop(index)  # type: ignore[misc]
-    yield "a term more", lambda document: document["terms"].append(document["terms"][0])
+        weights = [(factor * weight).hex() for factor in (-1, 0, 0.5, 1.001, 1000)]
+        yield from _put((*path, "weight"), *weights)
+        yield from _put((*path, "angle_deg"), (30.0).hex())
+        yield from _pop(*path)
+    plain = {"measure": "max", "quantity": 0, "size": False, "angle_deg": None}
     for kind, weight in (("max", -1.0), ("range", -1.0), ("min", 1.0)):
-        term = {
-            "measure": kind,
-            "quantity": 0,
-            "size": False,
-            "weight": weight.hex(),
-            "angle_deg": None,
-        }
-        yield f"{weight} {kind}", lambda document, term=term: document["terms"].append(term)  # type: ignore[misc]
-    limit = {
-        "measure": "max",
-        "quantity": 0,
-        "size": False,
-        "weight": (1.0).hex(),
-        "angle_deg": None,
-        "sign": 1,
-        "limit": (1e9).hex(),
+        yield from _append("terms", {**plain, "measure": kind, "weight": weight.hex()})
+    yield from _append("terms", document["terms"][0])
+    limit = {**plain, "weight": (1.0).hex(), "sign": 1, "limit": (1e9).hex()}
+    wrong: dict[str, tuple[Any, ...]] = {
+        "sign": (0, 2, True),
+        "weight": ((-1.0).hex(), (2.0).hex()),
+        "limit": ("nan", "inf", (-1e9).hex()),
+        "quantity": (-1,),
+        "size": (True,),
+        "measure": ("x",),
     }
-    for key, value in (
-        ("sign", 0),
-        ("sign", 2),
-        ("sign", True),
-        ("weight", (-1.0).hex()),
-        ("weight", (2.0).hex()),
-        ("limit", "nan"),
-        ("limit", "inf"),
-        ("quantity", -1),
-        ("size", True),
-        ("measure", "x"),
-        ("limit", (-1e9).hex()),
-    ):
-        yield f"limit with {key} = {value}", _put("limits", value=[limit | {key: value}])
-    yield "limits left out", _put("all_limits", value=False)
+    for key, values in wrong.items():
+        yield from _put(("limits",), *([limit | {key: value}] for value in values))
+    yield from _put(("all_limits",), False)
 
 
-def _list_programs(document: Document) -> Iterator[tuple[str, Tampering]]:
+def _change_programs(document: Document) -> Changes:
     """Programs with another operation, constant, argument, input or result."""
-    other = {
-        "sin": "cos",
-        "cos": "sin",
-        "multiply": "add",
-        "add": "multiply",
-        "negate": "not",
-        "sqrt": "exp",
-    }
     seen: set[str] = set()
     for stage, entry in enumerate(document["response"]["stages"]):
         path = ("response", "stages", stage)
@@ -222,33 +169,23 @@ def _list_programs(document: Document) -> Iterator[tuple[str, Tampering]]:
             if name in seen:
                 continue
             seen.add(name)
-            yield f"{name} unknown", _put(*at, 0, value="eval")
-            if name in other:
-                yield f"{name} -> {other[name]}", _put(*at, 0, value=other[name])
+            yield from _put((*at, 0), "eval", *([OTHER[name]] if name in OTHER else []))
             if arguments:
-                yield f"{name} of a later result", _put(*at, 1, 0, value=len(entry["operations"]))
-                yield f"{name} of a negative index", _put(*at, 1, 0, value=-1)
+                yield from _put((*at, 1, 0), len(entry["operations"]), -1)
             if name == "constant":
-                changed = (1.01 * float.fromhex(numbers[0]) + 0.01).hex()
-                yield "another constant", _put(*at, 2, 0, value=changed)
-        yield f"stage {stage} without results", _put(*path, "outputs", value=[])
-        yield f"stage {stage} with a result that is none", _put(*path, "outputs", 0, value=10_000)
-        yield f"stage {stage} with a negative input", _put(*path, "inputs", 0, value=-1)
+                yield from _put((*at, 2, 0), (1.01 * float.fromhex(numbers[0]) + 0.01).hex())
+        yield from _put((*path, "outputs"), [])
+        yield from _put((*path, "outputs", 0), 10_000)
+        yield from _put((*path, "inputs", 0), -1)
+    number = {"operations": [["constant", [], [(0.5).hex()]]], "outputs": [0]}
     last = len(document["response"]["stages"]) - 1
-    number = {
-        "operations": [["constant", [], [(0.5).hex()]]],
-        "outputs": [0],
-        "inputs": [],
-        "limits": [],
-    }
-    yield "a constant for the programs", _put("response", "stages", last, value=number)
-    for value in ("0", "-1", "1/3", "nan", 1.5):
-        yield f"period = {value}", _put("response", "period", value=value)
-    yield "offsets left out", lambda document: document["response"]["offsets"].pop()
-    yield "an offset more", lambda document: document["response"]["offsets"].append("1/3")
+    yield from _put(("response", "stages", last), {**number, "inputs": [], "limits": []})
+    yield from _put(("response", "period"), "0", "-1", "1/3", "nan", 1.5)
+    offsets = document["response"]["offsets"]
+    yield from _put(("response", "offsets"), offsets[:-1], [*offsets, "1/3"])
 
 
-def _list_boxes(document: Document) -> Iterator[tuple[str, Tampering]]:
+def _change_boxes(document: Document) -> Changes:
     """Boxes that are wider, empty or of other numbers of sides; incumbents outside of them, or too
     good.
     """
@@ -256,57 +193,55 @@ def _list_boxes(document: Document) -> Iterator[tuple[str, Tampering]]:
     best = [float.fromhex(x) for x in document["incumbent"]["x"]]
     for k, (low, high) in enumerate(zip(lower, upper, strict=True)):
         if best[k] == low:  # there are better designs beyond the side on which the optimum is
-            yield f"box wider below {k}", _put("box", 0, k, value=(low - 0.1).hex())
+            yield from _put(("box", 0, k), (low - 0.1).hex())
         if best[k] == high:
-            yield f"box wider above {k}", _put("box", 1, k, value=(high + 0.1).hex())
-        yield f"box empty along {k}", _put("box", 0, k, value=(high + 0.1).hex())
-        yield f"incumbent outside {k}", _put("incumbent", "x", k, value=(high + 0.2).hex())
-    for side in (0, 1):
-        yield (
-            f"box without a number {side}",
-            lambda document, side=side: document["box"][side].pop(),
-        )  # type: ignore[misc]
-    yield "box of one side", lambda document: document["box"].pop()
-    yield "incumbent without a number", lambda document: document["incumbent"]["x"].pop()
-    yield "incumbent without evidence", lambda document: document["incumbent"].pop("evidence")
-    reached, bound = (
-        float.fromhex(x) for x in (document["incumbent"]["upper_bound"], document["lower_bound"])
+            yield from _put(("box", 1, k), (high + 0.1).hex())
+        yield from _put(("box", 0, k), (high + 0.1).hex())
+        yield from _put(("incumbent", "x", k), (high + 0.2).hex())
+    for path in (("box", 0, -1), ("box", 1, -1), ("box", 1), ("incumbent", "x", -1)):
+        yield from _pop(*path)
+    yield from _pop("incumbent", "evidence")
+    reached, bound = document["incumbent"]["upper_bound"], document["lower_bound"]
+    yield from _put(("incumbent", "upper_bound"), _raise(reached, -1e-4))
+    yield from _put(("lower_bound",), _raise(bound, 1e-4), _raise(reached, 1.0))
+
+
+def _raise(number: str, change: float) -> str:
+    return (float.fromhex(number) + change).hex()
+
+
+def _raise_all(document: Document) -> None:
+    """Raise the bounds of the last leaf, of all designs and of the incumbent together."""
+    leaves = [node for node in document["nodes"] if "bound" in node and "children" not in node]
+    bounds = (
+        (leaves[-1], "bound"),
+        (document, "lower_bound"),
+        (document["incumbent"], "upper_bound"),
     )
-    yield "a better incumbent", _put("incumbent", "upper_bound", value=(reached - 1e-4).hex())
-    yield "a greater bound", _put("lower_bound", value=(bound + 1e-4).hex())
-    yield "a bound above the incumbent", _put("lower_bound", value=(reached + 1.0).hex())
+    for entry, key in bounds:
+        entry[key] = _raise(entry[key], 1e-4)
 
 
-def _list_trees(document: Document) -> Iterator[tuple[str, Tampering]]:
+def _change_trees(document: Document) -> Changes:
     """Trees with other bounds, splits, sides, children, or without evidence."""
+    yield "all bounds greater", _raise_all
     for index, node in _list_kinds(document):
         at = ("nodes", index)
         if "bound" in node:
-            raised = (float.fromhex(node["bound"]) + 1.0).hex()
-            yield f"{index}: greater bound", _put(*at, "bound", value=raised)
+            yield from _put((*at, "bound"), _raise(node["bound"], 1.0))
         if "evidence" in node:
-            yield (
-                f"{index}: no evidence",
-                lambda document, index=index: document["nodes"][index].pop("evidence"),
-            )  # type: ignore[misc]
+            yield from _pop(*at, "evidence")
         if "split" in node:
             k = node["split"][0]
-            yield f"{index}: split elsewhere", _put(*at, "split", 1, value=(1e6).hex())
-            yield f"{index}: split of another side", _put(*at, "split", 0, value=k + 17)
-        if "sides" in node:
-            for n, (_, side) in enumerate(node["sides"]):
-                turned = {"lower": "upper", "upper": "lower"}[side]
-                yield f"{index}: other side {n}", _put(*at, "sides", n, 1, value=turned)
-                yield f"{index}: no such side {n}", _put(*at, "sides", n, 1, value="middle")
+            low, high = (float.fromhex(side[k]) for side in document["box"])
+            yield from _put((*at, "split", 1), (1e6).hex(), (low + 0.9 * (high - low)).hex())
+            yield from _put((*at, "split", 0), k + 17)
+        for n, (_, side) in enumerate(node.get("sides", [])):
+            turned = {"lower": "upper", "upper": "lower"}[side]
+            yield from _put((*at, "sides", n, 1), turned, "middle")
         if children := node.get("children"):
-            other = {
-                "itself": [index] * len(children),
-                "none": [],
-                "one twice": [children[0]] * 2,
-                "a missing one": [*children[:-1], 10_000],
-                "the root": [*children[:-1], 0],
-            }
-            for name, value in other.items():
-                yield f"{index}: children {name}", _put(*at, "children", value=value)
-    yield "a box more", lambda document: document["nodes"].append({"bound": (0.0).hex()})
-    yield "no boxes", _put("nodes", value=[])
+            first = children[:-1]
+            changed = [[index] * len(children), [], first, [children[0]] * 2]
+            yield from _put((*at, "children"), *changed, [*first, 10_000], [*first, 0])
+    yield from _append("nodes", {"bound": (0.0).hex()})
+    yield from _put(("nodes",), [])

@@ -11,7 +11,7 @@ from flint import arb, arb_series, ctx
 
 from planter.engine.proof.intervals import Ball
 from planter.engine.proof.jets import ANYWHERE, Jet, Space, packed_indices
-from planter.engine.proof.programs import record_program, run_in_numpy
+from planter.engine.proof.programs import record_program
 from planter.kernels import Array
 
 ctx.prec = 200
@@ -45,7 +45,8 @@ def enclosed(function: Function) -> Jet:
 
 def enclose(function: Function, space: Space) -> Jet:
     program = record_program(lambda xp, x: [function(xp, x)], len(LOWER))
-    return run_in_numpy(program, space, space.parameters())[0]
+    vars(program)["is_compiled"] = False
+    return program.enclose_smooth(space, space.parameters())[0]
 
 
 def series(function: Function, x: Array, direction: Array) -> list[arb]:
@@ -97,8 +98,12 @@ def test_bounds_of_a_jet_are_bounds(name: str) -> None:
 
 def test_a_wrong_sign_is_noticed() -> None:
     jet = enclosed(FUNCTIONS["waves"])
-    assert missed("waves", Jet(jet.space, jet.support, jet.value, -jet.gradient, jet.hessian)) > 0
-    assert missed("waves", Jet(jet.space, jet.support, jet.value, jet.gradient, -jet.hessian)) > 0
+    for signs in ((-1, 1), (1, -1)):
+        slopes, bends = (
+            (jet.gradient, -jet.gradient)[signs[0] < 0],
+            (jet.hessian, -jet.hessian)[signs[1] < 0],
+        )
+        assert missed("waves", jet.space.jet(jet.support, jet.value, slopes, bends)) > 0
 
 
 def test_too_small_box_is_detected(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -5,24 +5,22 @@ cases miss them.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy.integrate import quad
 from scipy.optimize import minimize_scalar
 
-from planter.engine.proof import enclosures, jets
-from planter.engine.proof.enclosures import (
-    EnclosedResponse,
-    Maximum,
-    ObjectiveBounds,
-    enclose_moving,
-    list_angles,
-)
+from planter.engine.proof import jets
+from planter.engine.proof.enclosures import AnglePanels, Kinks, list_angles
 from planter.engine.proof.intervals import Ball, Unbounded
 from planter.engine.proof.jets import ANYWHERE, CENTRE, Jet, Space
-from planter.engine.proof.panels import AnglePanels, MovingKinks
+from planter.engine.proof.objective import (
+    Maximum,
+    ObjectiveBounds,
+    bound_objective,
+    enclose_square,
+)
 from planter.engine.proof.search import BranchAndBound
 from planter.kernels import Array
 from tests.planter.engine.proof.test_search import BENT, LOWER, UPPER
@@ -33,9 +31,9 @@ HALF = np.array([0.02, 0.02, 0.004])
 PERIOD = list_angles([BENT.period])
 
 
-def find_kinks(x: Array) -> MovingKinks:
+def find_kinks(x: Array) -> Kinks:
     """Return the kink of |sin(phi - x2)| within half a turn."""
-    return MovingKinks(np.array([x[2] % np.pi]), np.array([[0.0, 0.0, 1.0]]), np.zeros((1, 3, 3)))
+    return np.array([x[2] % np.pi]), np.array([[0.0, 0.0, 1.0]]), np.zeros((1, 3, 3))
 
 
 def make_panels(lower: Array, upper: Array, count: int = 40) -> tuple[AnglePanels, Space]:
@@ -47,7 +45,7 @@ def enclose(lower: Array, upper: Array, count: int = 40) -> tuple[AnglePanels, J
     """Return panels, the curve in them, and their shares."""
     panels, space = make_panels(lower, upper, count)
     phi, shares = panels.angles(space)
-    return panels, enclose_moving(EnclosedResponse(BENT), space, phi, [()])[0], shares
+    return panels, BENT.enclose(space, phi, [()])[0], shares
 
 
 def curve(x: Array, phi: float) -> float:
@@ -87,16 +85,14 @@ def bound(lower: Array, upper: Array, count: int = 40) -> ObjectiveBounds:
     panels, force, shares = enclose(lower, upper, count)
     designs = Space(lower, upper)
     mean = (force.average(3) * shares).sum()
-    smooth = (enclosures.enclose_square(force - mean).average(3) * shares).sum() * 0.4
+    smooth = (enclose_square(force - mean).average(3) * shares).sum() * 0.4
     extremes = []
     for side in (1, -1):
         peaks = designs.linear(*panels.find_peaks(side * force, 3, 3))
-        (points,) = enclose_moving(EnclosedResponse(BENT), designs, peaks, [()])
+        (points,) = BENT.enclose(designs, peaks, [()])
         hull = (side * force).hull(3)
-        extremes.append(Maximum(points * (side * 0.6), replace(hull, space=designs) * 0.6))
-    return enclosures.bound_objective(
-        Jet(designs, smooth.support, smooth.value, smooth.gradient, smooth.hessian), extremes
-    )
+        extremes.append(Maximum(points * (side * 0.6), hull.moved(designs) * 0.6))
+    return bound_objective(smooth.moved(designs), extremes)
 
 
 def draw(count: int) -> list[Array]:
@@ -107,7 +103,7 @@ def draw(count: int) -> list[Array]:
 def find_mean() -> tuple[Ball, Array]:
     """Return the enclosed mean of squares over a box, and what it is at designs of the box."""
     _, force, shares = enclose(MIDDLE - HALF, MIDDLE + HALF)
-    mean = (enclosures.enclose_square(force).average(3) * shares).sum().value[ANYWHERE]
+    mean = (enclose_square(force).average(3) * shares).sum().value[ANYWHERE]
     return mean, np.array([measure(x, lambda force: force**2) for x in draw(20)])
 
 
@@ -176,8 +172,8 @@ def test_the_true_optimum_is_proved() -> None:
     best = np.array([UPPER[0], LOWER[1], 0.0])
     goal = bound(best, best, 2000).reached * (1 - 1e-3)
     result = BranchAndBound(Bounded(bound), LOWER, UPPER).run(goal, 60.0)
-    assert result.lower_bound <= min(true_objective(LOWER + s * (UPPER - LOWER)) for s in np.eye(3))
-    assert result.lower_bound <= true_objective(best)
+    assert result <= min(true_objective(LOWER + s * (UPPER - LOWER)) for s in np.eye(3))
+    assert result <= true_objective(best)
 
 
 def test_panels_that_may_overlap_are_refused() -> None:

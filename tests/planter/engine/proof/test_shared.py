@@ -7,7 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from planter.engine.proof.search import GlobalBound, Incumbent, prove_bound, share_boxes
+from planter.engine.proof.proof_results import GlobalBound
+from planter.engine.proof.search import Incumbent, SharedObjective, prove_bound
 from planter.task import AUTO, Means
 from tests.planter.engine.proof.toys import BEST, Ring
 
@@ -17,7 +18,7 @@ BOX = np.array([-1.5, -1.0]), np.array([1.2, 1.3])
 def prove(means: Means) -> GlobalBound:
     objective = float((BEST @ BEST - 1) ** 2 + 0.1 * BEST[0])
     incumbent = Incumbent(BEST, {"x": float(BEST[0]), "y": 0.0}, objective, 1)
-    with share_boxes(Ring(), Ring, means) as shared:
+    with SharedObjective(Ring(), Ring, means) as shared:
         return replace(prove_bound(shared, BOX, incumbent, seconds=60.0).result, seconds=0.0)
 
 

@@ -7,8 +7,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planter.engine.proof.enclosures import ObjectiveBounds
+from planter.engine.proof.enclosures import (
+    ResponseProgram,
+    RootStart,
+    list_angles,
+    list_samples,
+)
 from planter.engine.proof.intervals import Ball, Unbounded
+from planter.engine.proof.jets import Jet, Space
+from planter.engine.proof.objective import ObjectiveBounds
 from planter.kernels import Array
 
 Y = 0.9
@@ -40,6 +47,16 @@ def _bound(lower: Array, upper: Array) -> ObjectiveBounds:
     return ObjectiveBounds(
         float(objective.low), float(reached) + 1e-12, slopes, (upper - lower) * slopes.magnitude
     )
+
+
+def enclose_samples(
+    response: ResponseProgram, space: Space, count: int, starts: Sequence[RootStart] = ()
+) -> list[Jet]:
+    """Return each quantity over a box at `count` angles of a cycle that differ modulo the
+    period.
+    """
+    phi = list_angles(list_samples(response, count))
+    return response.enclose(space, space.constant(phi), [starts])
 
 
 @dataclass(frozen=True)

@@ -93,7 +93,7 @@ def test_circular_gear_losses_agree_with_textbooks(z: int, mate: int, shift: flo
 
 
 @pytest.mark.parametrize("sense", [1, -1])
-def test_the_arc_of_a_polar_angle_leads_there(sense: int) -> None:
+def test_arc_of_a_polar_angle_leads_there(sense: int) -> None:
     curve = stage("ellipse", 8, 25, FREE, sense).mesh.gear.curve
     polar = np.linspace(-9, 9, 400)
     assert curve.at(curve.arc(polar))[POLAR] == pytest.approx(polar, abs=1e-13)

@@ -89,19 +89,19 @@ def test_pieces_join_exactly_and_outlines_are_simple(pair: IntermittentPair) -> 
         assert gear.joins < 1e-14
         assert shapely.Polygon(gear.points).is_valid
         shares = np.linspace(0, 1, 9)
-        for piece in gear.pieces:
+        for piece in gear.outline():
             assert np.hypot(*piece.tangent(shares).T) == pytest.approx(1, abs=1e-9)
 
 
 def test_arcs_lie_about_the_driving_axis_while_they_hold(pair: IntermittentPair) -> None:
     mate = pair.rolling.dwell_positions(np.array([0.5]))[1][:, 0]
-    arcs = [piece for piece in pair.mate.pieces if piece.kind == "concave arc"]
+    arcs = [piece for piece in pair.mate.trimmed if piece.kind == "concave arc"]
     assert arcs
     for piece in arcs:
         z = piece.at(np.linspace(0, 1, 11)) @ np.array([1, 1j]) * np.exp(1j * mate[0]) + mate[1]
         assert np.abs(z) == pytest.approx(pair.radius + pair.arc_clearance, abs=1e-15)
         assert (piece.curvature(np.zeros(1)) < 0).all()
-    (convex,) = [piece for piece in pair.gear.pieces if piece.kind == "convex arc"]
+    (convex,) = [piece for piece in pair.gear.trimmed if piece.kind == "convex arc"]
     assert np.hypot(*convex.at(np.linspace(0, 1, 11)).T) == pytest.approx(pair.radius, abs=1e-15)
 
 
@@ -132,10 +132,8 @@ def test_teeth_transmit_the_law_unless_moved(
     pair: IntermittentPair, turn: IncompleteGearCycle
 ) -> None:
     assert np.abs(turn.contacts.errors).max() < 1e-11
-    flanks = pair.mate.row.flanks
-    moved = replace(
-        pair.mate, row=replace(pair.mate.row, flanks=replace(flanks, phase=flanks.phase + 5e-6))
-    )
+    flanks = pair.mate.flanks
+    moved = replace(pair.mate, flanks=replace(flanks, phase=flanks.phase + 5e-6))
     mesh = RowMesh.from_pair(replace(pair, mate=moved))
     few = turn.rolled[200:500:50]
     assert np.abs(Contacts(mesh, mesh.facing(few)).errors).min() > 1e-5
@@ -176,14 +174,11 @@ def untrimmed(pair: IntermittentPair, k: int) -> IntermittentPair:
     """With the whole teeth of one gear, the first at the dwell, in place of what arcs and topping
     leave.
     """
-    gear = pair.gears[k]
-    row = gear.row
+    gear, key = replace(pair.gears[k], trimmed=()), ("gear", "mate")[k]
     if k == 0:
-        flanks = replace(row.flanks, phase=row.flanks.phase - pair.phase.first + row.rack.pitch / 2)
-        row = replace(row, flanks=flanks)
-    return replace(
-        pair, **{("gear", "mate")[k]: replace(gear, row=row, pieces=tuple(row.outline()))}
-    )
+        phase = gear.flanks.phase - pair.phase.first + gear.rack.pitch / 2
+        gear = replace(gear, flanks=replace(gear.flanks, phase=phase))
+    return replace(pair, **{key: gear})
 
 
 def test_tampered_gears_interfere(pair: IntermittentPair, turn: IncompleteGearCycle) -> None:

@@ -27,8 +27,6 @@ MESHES = [
     ("eccentric_circle", 1, 32),
     ("ellipse", 8, 25),
     ("fourier", 0, 25),
-    ("limacon", 0, 25),
-    ("sine", 0, 25),
 ]
 EVERY = [
     (family, seed, (25, 32, 41, 60)[seed % 4])
@@ -38,33 +36,20 @@ EVERY = [
 ]
 
 
-def exact(family: str, seed: int, z: int) -> None:
-    """Conjugate without play; with it the gap is that of the rack everywhere, and so is the lost
-    motion.
-    """
-    still = stage(family, seed, z)
-    assert np.abs(still.contacts.errors).max() < 1e-11
-    loose = stage(family, seed, z, replace(FREE, play=PLAY))
-    gaps = loose.contacts.gaps
-    np.testing.assert_allclose(gaps, PLAY / 2 * COS, atol=1e-13)
-    assert loose.overlaps.max() == 0 or family in ("fourier", "limacon", "sine")
-    side = loose.contacts.faced.side
-    if loose.mesh.laps.min() > PLAY:
-        for sign in (-1.0, 1.0):
-            assert len(np.unique(loose.contacts.faced.at[side == sign])) == len(
-                loose.mesh.positions
-            )
-
-
-@pytest.mark.parametrize(("family", "seed", "z"), MESHES[:3])
+@pytest.mark.parametrize(
+    ("family", "seed", "z"),
+    [*MESHES, *(pytest.param(*curve, marks=pytest.mark.long) for curve in EVERY)],
+)
 def test_flanks_are_conjugate(family: str, seed: int, z: int) -> None:
-    exact(family, seed, z)
-
-
-@pytest.mark.long
-@pytest.mark.parametrize(("family", "seed", "z"), EVERY)
-def test_flanks_are_conjugate_on_any_curve(family: str, seed: int, z: int) -> None:
-    exact(family, seed, z)
+    """Without play; with it the gap is that of the rack everywhere, and teeth always touch."""
+    assert np.abs(stage(family, seed, z).contacts.errors).max() < 1e-11
+    loose = stage(family, seed, z, replace(FREE, play=PLAY))
+    np.testing.assert_allclose(loose.contacts.gaps, PLAY / 2 * COS, atol=1e-13)
+    assert loose.overlaps.max() == 0 or family in ("fourier", "limacon", "sine")
+    if loose.mesh.laps.min() > PLAY:
+        for side in (-1.0, 1.0):
+            facing = loose.contacts.faced.side == side
+            assert len(np.unique(loose.contacts.faced.at[facing])) == len(loose.mesh.positions)
 
 
 def test_lost_motion_is_the_gap_over_the_arm_of_the_normal() -> None:
@@ -135,14 +120,6 @@ def test_sides_of_lost_motion_stop_the_mate_as_polygons() -> None:
             ] * len(some)
 
 
-def test_zero_centre_error_has_no_effect() -> None:
-    pair = stage("ellipse", 0, 31, replace(FREE, play=1e-8))
-    farther = pair.farther(1e-12)
-    assert farther is not None
-    np.testing.assert_allclose(farther.contact_ratios, pair.mesh.contact_ratios, rtol=1e-6)
-    np.testing.assert_allclose(farther.lost_motion, pair.lost_motion, rtol=1e-2)
-
-
 def test_polygons_keep_the_gap_and_overlap_nowhere() -> None:
     for pair in (
         stage("eccentric_circle", 1, 32, replace(FREE, play=PLAY)),
@@ -208,20 +185,19 @@ def sound() -> ToothedPair:
     return stage("eccentric_circle", 1, 32, replace(FREE, play=1e-6))
 
 
-def tampered(pair: ToothedPair, **of_mate: object) -> Overlay:
-    """The overlay with a mate that was made otherwise."""
-    flanks = replace(pair.mesh.mate.flanks, **of_mate)
-    return Overlay.from_mesh(Mesh(pair.mesh.pair, pair.mesh.gear, Gear("mate", flanks)))
+def overlaps(overlay: Overlay) -> bool:
+    return bool(overlay.overlaps(overlay.mesh.positions).max() > 0)
 
 
-def refused(overlay: Overlay) -> bool:
-    at = overlay.mesh.positions
-    return overlay.overlaps(at).max() > 0
+def cut_mate(pair: ToothedPair, **changes: object) -> Mesh:
+    """The mesh with a mate that was cut otherwise."""
+    flanks = replace(pair.mesh.mate.flanks, **changes)
+    return replace(pair.mesh, mate=Gear("mate", flanks))
 
 
 def test_half_a_tooth_offset_is_detected(sound: ToothedPair) -> None:
-    assert not refused(tampered(sound))
-    slipped = tampered(sound, phase=0.0)
+    assert not overlaps(Overlay.from_mesh(cut_mate(sound)))
+    slipped = Overlay.from_mesh(cut_mate(sound, phase=0.0))
     with pytest.raises(GeometryError, match=r"the teeth overlap by 0\.\d+ modules"):
         cutting.check_penetration(slipped.mesh, slipped.deepest, "pair")
 
@@ -239,38 +215,30 @@ def test_depth_agrees_with_nearer_axes() -> None:
         cutting.check_penetration(close, Overlay.from_mesh(close, FINE_CHORDS).deepest, "pair")
 
 
-def test_small_rotation_of_a_gear_is_detected(sound: ToothedPair) -> None:
-    turned = [
-        shapely.affinity.rotate(outline, k * 1e-4, (0, 0), use_radians=True)
-        for k, outline in enumerate(Overlay.from_mesh(sound.mesh).outlines)
-    ]
-    assert refused(Overlay(sound.mesh, (turned[0], turned[1])))
-
-
 def test_axes_too_near_are_detected(sound: ToothedPair) -> None:
     closer = replace(sound.mesh.pair, distance=sound.mesh.pair.distance - 1e-5)
-    mesh = Mesh(closer, *sound.gears)
-    assert refused(Overlay.from_mesh(mesh))
-    assert Contacts(mesh, mesh.facing(mesh.positions)).gaps.min() < -2e-6
-    assert np.abs(Contacts(mesh, mesh.facing(mesh.positions)).errors).max() > 1e-6
+    mesh = replace(sound.mesh, pair=closer)
+    assert overlaps(Overlay.from_mesh(mesh))
+    contacts = Contacts(mesh, mesh.facing(mesh.positions))
+    assert contacts.gaps.min() < -2e-6
+    assert np.abs(contacts.errors).max() > 1e-6
 
 
-@pytest.mark.parametrize(
-    ("first", "last"), [(300, 308), (302, 303)], ids=["a tooth", "a point of a flank"]
-)
-def test_moved_outline_is_detected(sound: ToothedPair, first: int, last: int) -> None:
-    first_outline, second = Overlay.from_mesh(sound.mesh).outlines
-    points = shapely.get_coordinates(first_outline)
-    points[first:last] += (
-        5e-6 * points[first:last] / np.hypot(*points[first:last].T)[:, None] @ [[0, 1], [-1, 0]]
-    )
-    points[first:last] += 5e-6 * points[first:last] / np.hypot(*points[first:last].T)[:, None]
-    assert refused(Overlay(sound.mesh, (shapely.Polygon(points), second)))
+@pytest.mark.parametrize(("first", "last"), [(0, None), (300, 308), (302, 303)])
+def test_moved_outline_is_detected(sound: ToothedPair, first: int, last: int | None) -> None:
+    """A whole gear is turned; a tooth, a point of a flank are moved along and outwards."""
+    outline, mate = Overlay.from_mesh(sound.mesh).outlines
+    if last is None:
+        moved = shapely.affinity.rotate(outline, -1e-4, (0, 0), use_radians=True)
+    else:
+        points = shapely.get_coordinates(outline)
+        for shift in ([[0, 1], [-1, 0]], np.eye(2)):
+            part = points[first:last]
+            part += 5e-6 * part / np.hypot(*part.T)[:, None] @ shift
+        moved = shapely.Polygon(points)
+    assert overlaps(Overlay(sound.mesh, (moved, mate)))
 
 
 def test_a_flank_of_another_rack_is_not_conjugate(sound: ToothedPair) -> None:
-    other = replace(sound.mesh.gear.rack, pressure_angle=math.radians(20.01))
-    mesh = Mesh(
-        sound.mesh.pair, sound.mesh.gear, Gear("mate", replace(sound.mesh.mate.flanks, rack=other))
-    )
+    mesh = cut_mate(sound, rack=replace(sound.mesh.gear.rack, pressure_angle=math.radians(20.01)))
     assert np.abs(Contacts(mesh, mesh.facing(mesh.positions)).errors).max() > 1e-7

@@ -12,7 +12,7 @@ import shapely
 
 from planter.errors import GeometryError
 from planter.gears.geometry import pitch_curves
-from planter.gears.geometry.cutting import size_pair
+from planter.gears.geometry.cutting import cut_teeth, size_pair
 from planter.gears.geometry.gear import KINDS, Gear
 from tests.support import pairs
 from tests.support.toothed import FREE, REFUSED, Rack, circle, stage, swept
@@ -30,35 +30,29 @@ fillets.
 ALIKE = [(family, seed) for family in sorted(pairs.FAMILIES) for seed in range(12)]
 
 
-def check(gear: Gear) -> None:
-    """The outline is one closed simple line, smooth but for tips and undercut flanks."""
-    ends = gear.sampled(np.array([0.0, 1.0]))
-    after = np.roll(np.arange(len(gear.pieces.kind)), -1)
-    np.testing.assert_allclose(ends.points[:, :, 1], ends.points[:, after, 0], atol=1e-12)
-    (x, y), (u, v) = ends.tangents[:, :, 1], ends.tangents[:, after, 0]
-    turn = np.abs(np.arctan2(x * v - y * u, x * u + y * v))
-    kind, tip = gear.pieces.kind, KINDS.index("tip")
-    at_tip = (kind == tip) | (kind[after] == tip)
-    assert np.degrees(turn[~at_tip]).max() < 60
-    assert shapely.Polygon(gear.sampled(np.arange(12) / 12).points.reshape(2, -1).T).is_valid
-    assert abs(gear.curve.length - np.pi * gear.rack.module * gear.z) <= 1e-10 * gear.curve.length
+SEEDS = [(family, seed, (25, 32, 41, 60)[seed % 4]) for family, seed in ALIKE]
 
 
-@pytest.mark.parametrize(("family", "seed", "z"), GEARS)
+@pytest.mark.parametrize(
+    ("family", "seed", "z"),
+    [*GEARS, *(pytest.param(*curve, marks=pytest.mark.long) for curve in SEEDS)],
+)
 def test_pieces_join_to_a_simple_outline(family: str, seed: int, z: int) -> None:
-    for gear in stage(family, seed, z).gears:
-        check(gear)
-
-
-@pytest.mark.long
-@pytest.mark.parametrize(("family", "seed"), ALIKE)
-def test_pieces_join_on_any_curve(family: str, seed: int) -> None:
+    """One closed line, smooth but for tips and undercut flanks."""
     if (family, seed) in REFUSED:
         with pytest.raises(GeometryError, match=REFUSED[family, seed]):
-            stage(family, seed, (25, 32, 41, 60)[seed % 4])
+            stage(family, seed, z)
         return
-    for gear in stage(family, seed, (25, 32, 41, 60)[seed % 4], FREE, (-1) ** seed).gears:
-        check(gear)
+    for gear in stage(family, seed, z, FREE, (-1) ** seed).gears:
+        ends = gear.sampled(np.array([0.0, 1.0]))
+        after = np.roll(np.arange(len(gear.pieces.kind)), -1)
+        np.testing.assert_allclose(ends.points[:, :, 1], ends.points[:, after, 0], atol=1e-12)
+        (x, y), (u, v) = ends.tangents[:, :, 1], ends.tangents[:, after, 0]
+        turn = np.abs(np.arctan2(x * v - y * u, x * u + y * v))
+        kind, tip = gear.pieces.kind, KINDS.index("tip")
+        assert np.degrees(turn[(kind != tip) & (kind[after] != tip)]).max() < 60
+        assert shapely.Polygon(gear.sampled(np.arange(12) / 12).points.reshape(2, -1).T).is_valid
+        assert gear.curve.length == pytest.approx(np.pi * gear.rack.module * gear.z, rel=1e-10)
 
 
 def test_flanks_are_smooth_where_they_are_not_cut() -> None:
@@ -112,21 +106,19 @@ def test_a_swept_rack_leaves_every_space(family: str, seed: int, z: int) -> None
     assert max(swept(gear, tooth) for tooth in range(0, z, 2)) < 1e-5
 
 
+def cut(curves: pitch_curves.CurvePair, z: int) -> tuple[Gear, Gear]:
+    return cut_teeth(curves, replace(FREE, teeth=z), "pair", ("gear", "mate")).gears
+
+
 def test_scaled_gears_are_similar() -> None:
     scaled = stage("limacon", 8, 25)
     curves = pitch_curves.build_stage_pair(
         pairs.stage("limacon", 8), pairs.parameters("limacon", 8)
     )
-    other = stage_scaled(curves.scaled(1.7))
+    other = cut(curves.scaled(1.7), 25)
     for a, b in zip(scaled.gears, other, strict=True):
         assert b.area == pytest.approx(1.7**2 * a.area, rel=1e-12)
         np.testing.assert_allclose(b.flanks.margins, a.flanks.margins, atol=1e-12)
-
-
-def stage_scaled(curves: pitch_curves.CurvePair) -> tuple[Gear, Gear]:
-    from planter.gears.geometry.cutting import cut_teeth
-
-    return cut_teeth(curves, replace(FREE, teeth=25), "pair", ("gear", "mate")).gears
 
 
 def test_reversed_curve_exchanges_flanks() -> None:
@@ -149,17 +141,11 @@ def test_ellipses_with_odd_teeth_make_congruent_gears() -> None:
     curves = pitch_curves.build_stage_pair(pairs.stage_of(family, parameters), parameters)
     congruent = {}
     for z in (31, 32):
-        first, second = stage_of(curves, z)
+        first, second = cut(curves, z)
         congruent[z] = abs(first.area / second.area - 1) < 1e-12 and np.allclose(
             np.sort(first.flanks.margins), np.sort(second.flanks.margins), atol=1e-9
         )
     assert congruent == {31: True, 32: False}
-
-
-def stage_of(curves: pitch_curves.CurvePair, z: int) -> tuple[Gear, Gear]:
-    from planter.gears.geometry.cutting import cut_teeth
-
-    return cut_teeth(curves, replace(FREE, teeth=z), "pair", ("gear", "mate")).gears
 
 
 @pytest.mark.parametrize("family", sorted(pairs.FAMILIES))

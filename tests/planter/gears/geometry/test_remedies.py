@@ -16,7 +16,7 @@ from planter.gears.geometry.cutting import ToothedPair, cut_teeth
 from planter.gears.geometry.pitch_curves import build_stage_pair
 from planter.gears.geometry.stage import Stage
 from tests.support import pairs
-from tests.support.toothed import FREE, circles
+from tests.support.toothed import FREE
 
 DEPTH = 0.0083885404
 """Depth in modules to which teeth on a hollow curve run into each other."""
@@ -72,7 +72,7 @@ def test_advised_rack_does_not_interfere_when_cut_again() -> None:
     assert depth == pytest.approx(curves.deepest.value, abs=2e-4 * curves.sized.module)
 
 
-@pytest.mark.parametrize("module_mm", [0.1, 2.0, 100.0])
+@pytest.mark.parametrize("module_mm", [0.1, 100.0])
 def test_penetration_is_the_same_at_any_size(module_mm: float) -> None:
     parameters = np.array([0.031, 0.0115, 1.9])
     curves = build_stage_pair(pairs.stage_of("eccentric_circle", parameters), parameters)
@@ -89,7 +89,3 @@ def test_missing_remedy_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     assert cutting.suggest_racks(hollow(0.015, 41)).startswith(
         "no smaller tip radius of the rack and no clearance"
     )
-
-
-def test_valid_teeth_need_no_remedy() -> None:
-    cutting.check_pair_penetration(circles(31, 31, FREE))

@@ -13,7 +13,7 @@ import trimesh
 from planter.errors import InputError
 from planter.gears.workshop import arcs, solids
 from planter.gears.workshop.drawing import Bore, Keyway
-from planter.gears.workshop.solids import fit_plane_spline
+from planter.gears.workshop.solids import fit_spline
 from tests.support.outlines import Lobes, lobes
 
 WIDTH = 0.008
@@ -43,12 +43,10 @@ def test_a_mesh_with_a_triangle_less_is_not_watertight() -> None:
 
 
 def test_splines_keep_to_their_pieces() -> None:
-    for piece in (Lobes(0.1, 0.9), Lobes(0.9, 2.2)):
-        spline = fit_plane_spline(piece, 1e-8)
+    for piece in (Lobes(0.1, 0.9).piece, Lobes(0.9, 2.2).piece):
+        spline = fit_spline("piece", piece.at, 1e-8, piece.tangent)
         assert sum(spline.multiplicities) == len(spline.poles) + spline.degree + 1
-        np.testing.assert_allclose(
-            spline.poles[[0, -1]], piece.at(np.array([0.0, 1.0])), rtol=1e-13
-        )
+        np.testing.assert_allclose(spline.poles[[0, -1]], [piece.start, piece.end], rtol=1e-13)
 
 
 def test_a_solid_reads_back_valid_where_the_outline_is(

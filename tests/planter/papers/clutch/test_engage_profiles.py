@@ -11,7 +11,7 @@ from shapely.affinity import rotate, translate
 
 from planter.kernels import formulas
 from planter.kernels.kernel import Array
-from planter.papers.clutch.contact_dynamics import DOG, REULEAUX
+from planter.papers.clutch.contact import DOG, REULEAUX
 from planter.papers.clutch.rotor import Rotor, body_outline
 
 RNG = np.random.default_rng(5)
@@ -65,16 +65,6 @@ def test_distance_of_tooth_and_shaft() -> None:
             seen += 1
             assert gap == pytest.approx(_wedge(centre, angle).distance(shaft), abs=2e-6)
     assert seen > 50
-
-
-def test_teeth_stand_a_fifth_of_a_turn_apart() -> None:
-    centre, angle = np.array([0.3, -0.2]), 0.7
-    shape = [TIP, ROOT, *SHAFT]
-    gaps = [
-        at(REULEAUX, "tooth", centre, angle, index=i, tooth_shape=shape)["gap"] for i in range(5)
-    ]
-    turned = [tooth(centre, angle + 2 * np.pi * i / 5)["gap"] for i in range(5)]
-    assert gaps == pytest.approx(turned, abs=1e-12)
 
 
 def test_overlap_pushes_the_body_the_way_out() -> None:

@@ -9,10 +9,9 @@ import pytest
 import scipy
 
 from planter.errors import ComputationError
-from planter.files import examples
 from planter.numerics.arrays import TURN
 from planter.papers.mapping import model
-from planter.papers.mapping.curve import AngleCurve, closed_turn, load_curve, unwrap_rotations
+from planter.papers.mapping.curve import AngleCurve, load_curve
 from planter.papers.mapping.dyads import Dyad, solve_dyads
 from planter.papers.mapping.file import PointsData, build_path_curve
 from planter.papers.mapping.linkage import FourBar
@@ -21,7 +20,6 @@ from planter.papers.mapping.nearest import (
     find_misses,
     find_nearest,
     interpolate_poses,
-    list_misses,
 )
 from tests.planter.papers.mapping.data import CORRECTED, si
 
@@ -89,37 +87,12 @@ def test_points_of_both_paths_and_between_give_the_default_curve() -> None:
     assert curve.monotone
 
 
-def test_points_of_a_path_are_on_the_linkage() -> None:
-    curve = build_path_curve(LINKAGE, POINTS, (1, -1))
-    phi = curve.relative[:7] + curve.carrier[:7]
-    closure = model.evaluate_closure(
-        curve.carrier[:7], phi, LINKAGE.crank.vector, LINKAGE.follower.vector
-    )[0]
-    assert np.abs(closure).max() < 1e-15
-    wrong = model.evaluate_closure(
-        curve.carrier[7:9],
-        curve.relative[7:9] + curve.carrier[7:9],
-        LINKAGE.crank.vector,
-        LINKAGE.follower.vector,
-    )[0]
-    assert np.abs(wrong).min() > 1e-4
-
-
 def test_the_arm_must_not_turn_more_than_once() -> None:
     """Points of the second path between those of the first would take a turn each."""
     changes = {"second_carrier_deg": [5, 15], "second_shift_deg": 0.0, "free_carrier_deg": []}
     too_far = POINTS.model_copy(update=changes)
     with pytest.raises(ComputationError, match="one closed turn"):
         build_path_curve(LINKAGE, too_far, (1, -1))
-
-
-def test_turns_are_added_for_falling_curve() -> None:
-    assert unwrap_rotations(np.radians([10, -100, 120, -350])) == pytest.approx(
-        np.radians([10, -100, -240, -350])
-    )
-    assert unwrap_rotations(np.radians([10, 100, -120]), 1) == pytest.approx(
-        np.radians([10, 100, 240])
-    )
 
 
 def test_curve_through_the_poses_passes_them_and_turns_back() -> None:
@@ -132,12 +105,6 @@ def test_curve_through_the_poses_passes_them_and_turns_back() -> None:
 @pytest.fixture(scope="module")
 def closest() -> Nearest:
     return find_nearest(DYADS[0], si(CORRECTED))
-
-
-def test_closest_curve_is_monotone_within_slopes(closest: Nearest) -> None:
-    slopes = closest.curve.slopes(np.linspace(0, TURN, 100001))[0]
-    assert slopes.min() > 0.1 - 1e-6
-    assert slopes.max() < 10 + 1e-6
 
 
 def test_compatible_poses_are_met_exactly(closest: Nearest) -> None:
@@ -218,33 +185,3 @@ def test_a_wider_bound_comes_closer(closest: Nearest) -> None:
         return sum(m.position_error_mm**2 + m.hinge_error_mm**2 for m in nearest.misses)
 
     assert total(find_nearest(DYADS[0], si(CORRECTED), (0.02, 10))) < total(closest)
-
-
-def test_gradient_of_the_places_is_exact() -> None:
-    theta, phi, step = np.array([0.3, 2.0]), np.array([1.0, -0.4]), 1e-6
-    _, by_theta, by_phi = model.arm_slopes(theta, phi, DYADS[0].vector)
-    for slopes, d_theta, d_phi in ((by_theta, step, 0), (by_phi, 0, step)):
-        ahead = model.arm(theta + d_theta, phi + d_phi, DYADS[0].vector)
-        behind = model.arm(theta - d_theta, phi - d_phi, DYADS[0].vector)
-        assert slopes == pytest.approx((ahead - behind) / (2 * step), abs=1e-9)
-
-
-def test_a_shifted_curve_misses_by_the_shift() -> None:
-    poses = si(CORRECTED)
-    curve = interpolate_poses(DYADS[0], poses)
-    shifted = AngleCurve(curve.carrier, curve.relative + 0.01, curve.sense)
-    theta = np.sort(np.mod(curve.carrier[:-1], TURN))
-    misses = list(list_misses(DYADS[0], poses[[1, 0, 4, 3, 2]], shifted, theta))
-    assert [m.angle_error_deg for m in misses] == pytest.approx([math.degrees(0.01)] * 5, abs=1e-7)
-
-
-def test_points_are_ordered_round_the_turn() -> None:
-    curve = closed_turn(np.array([3.0, 1.0, 5.0]), np.array([-3.0, -1.0, -5.0]))
-    assert curve.carrier == pytest.approx([1, 3, 5, 1 + TURN])
-    assert curve.monotone
-
-
-def test_the_built_in_points_close() -> None:
-    assert "Assumed" in examples.example("sun2019-curve")
-    curve = load_curve("sun2019-curve")
-    assert (len(curve.carrier), curve.sense) == (17, -1)

@@ -65,28 +65,6 @@ def test_linkage_equals_package_linkage(number: int) -> None:
     )
 
 
-def test_linkage_passes_poses_with_constant_lengths() -> None:
-    file = load_poses("sun2019-corrected")
-    linkage = find_linkages(file.poses)[1][0]
-    visited = [
-        k
-        for k, standing in enumerate(linkage.standings)
-        if standing.assembly == linkage.standings[0].assembly
-    ]
-    values = values_of(
-        load_machine("sun2019-corrected"),
-        np.radians([linkage.standings[k].crank_angle_deg for k in visited]),
-    )
-    np.testing.assert_allclose(
-        np.column_stack([values["d1"], values["d2"]]), file.poses[visited, :2], atol=1e-12
-    )
-    rod = np.hypot(
-        values["X_f"] - linkage.bar.follower.centre[0],
-        values["Y_f"] - linkage.bar.follower.centre[1],
-    )
-    np.testing.assert_allclose(rod, linkage.bar.follower.radius, rtol=1e-12)
-
-
 def test_other_poses_give_their_synthesis() -> None:
     machine = load_machine("sun2019-corrected")
     data = machine.data.copy()

@@ -1,16 +1,20 @@
-"""The gear train: closure, conjugate pitch curves, curvature, and the arm that it drives."""
+"""The gear train: closure, mating pitch curves, and what is told of its gears: small radii, near
+cusps, hollow pitch curves, each with its carrier angle."""
+
+from __future__ import annotations
 
 import numpy as np
 import pytest
 import scipy
+from scipy.integrate import cumulative_trapezoid
 
-from planter.errors import ComputationError, GeometryError
+from planter.errors import ComputationError
 from planter.numerics.arrays import TURN
 from planter.papers.mapping import model
+from planter.papers.mapping import train as trains
 from planter.papers.mapping.curve import AngleCurve, load_curve
-from planter.papers.mapping.dyads import solve_dyads
-from planter.papers.mapping.train import RADII, Train, polar_curves
-from tests.planter.papers.mapping.data import CORRECTED, si
+from planter.papers.mapping.train import GEARS, RADII, Train, polar_curves
+from tests.support.cli import answer
 
 A = 0.07
 
@@ -42,32 +46,6 @@ def test_another_split_parameter_leaves_the_first_stage_open() -> None:
     assert abs(wrong.closure_errors[1]) < 1e-12
 
 
-def test_circles_come_from_a_uniform_turn() -> None:
-    train = harmonic(0.0)
-    assert np.array(train.radius_range) == pytest.approx(np.full((2, 4), A / 2))
-    assert train.least_curvature_radius == pytest.approx([A / 2] * 4)
-    assert train.convex == [True] * 4
-    assert train.closure_errors == pytest.approx((0, 0), abs=1e-13)
-
-
-@pytest.mark.parametrize("train", [DEFAULT, harmonic(0.6)])
-def test_pitch_curves_are_conjugate(train: Train) -> None:
-    """In mesh the radii fill the centre distance, equal arcs roll off, and both tangents are one
-    line.
-    """
-    theta = np.linspace(0.01, 6.2, 200)
-    gears = train.gears(theta)
-    assert gears["r1"] + gears["r2"] == pytest.approx(A)
-    assert gears["r3"] + gears["r4"] == pytest.approx(A)
-    for driver, follower, rates in (
-        ("r1", "r2", ("dpsi1", "dpsi2")),
-        ("r3", "r4", ("dpsi3", "dpsi4")),
-    ):
-        assert gears[driver] * gears[rates[0]] == pytest.approx(gears[follower] * gears[rates[1]])
-    assert gears["i1"] * gears["i2"] == pytest.approx(gears["i"])
-    assert gears["i1"] / gears["i2"] == pytest.approx(train.x_s**2)
-
-
 def test_arcs_of_mating_curves_are_equal() -> None:
     """From the polar curves alone."""
     psi, radii = polar_curves(harmonic(0.6), samples=100_000)
@@ -76,32 +54,6 @@ def test_arcs_of_mating_curves_are_equal() -> None:
     assert lengths[0] == pytest.approx(lengths[1], rel=1e-3)
     assert lengths[2] == pytest.approx(lengths[3], rel=1e-3)
     assert psi[:, -1] == pytest.approx([TURN] * 4, abs=1e-12)
-
-
-@pytest.mark.parametrize("gear", range(4))
-def test_curvature_equals_points(gear: int) -> None:
-    """By the circle through three neighbours on the polar curve."""
-    train, step = harmonic(0.6), 2e-3
-    theta = np.linspace(0.3, 6, 25)
-    kappa = model.curvature(*train.curve.slopes(theta), train.x_s, A)[gear]
-    rate = ("dpsi1", "dpsi2", "dpsi3", "dpsi4")[gear]
-    points, weights = np.polynomial.legendre.leggauss(12)
-    three = []
-    for shift in (-step, 0, step):
-        angles = theta[:, None] + shift * (1 + points) / 2
-        turned = (train.gears(angles.ravel())[rate].reshape(angles.shape) @ weights) * shift / 2
-        three.append(train.gears(theta + shift)[RADII[gear]] * np.exp(1j * turned))
-    p, q, r = three
-    cross = np.imag(np.conj(q - p) * (r - q))
-    circle = 2 * cross / (np.abs(q - p) * np.abs(r - q) * np.abs(r - p))
-    assert kappa == pytest.approx(circle, rel=2e-3, abs=0.05)
-
-
-def test_driver_turns_concave_beyond_a_limit() -> None:
-    assert harmonic(0.1).convex == [True] * 4
-    assert not all(harmonic(0.9).convex)
-    for k in range(4):
-        assert bool(harmonic(0.9).concave(k)) != harmonic(0.9).convex[k]
 
 
 def test_radii_reach_their_extremes_with_the_slope() -> None:
@@ -126,32 +78,6 @@ def test_swapping_driver_and_driven_gives_the_inverse_train() -> None:
     assert again["i"] == pytest.approx(1 / driven["i"], rel=1e-5)
 
 
-def test_the_train_drives_the_arm_along_the_curve() -> None:
-    dyad = solve_dyads(si(CORRECTED)).dyads[0]
-    motion = DEFAULT.motion(dyad)
-    relative = motion["phi"] - motion["theta"]
-    assert relative == pytest.approx(DEFAULT.curve.at(motion["theta"]), abs=1e-12)
-    z = motion["places"][0] + 1j * motion["places"][1]
-    hinge = complex(*dyad.centre) + dyad.radius * np.exp(1j * motion["theta"])
-    assert z + np.exp(1j * motion["phi"]) * complex(*dyad.point) == pytest.approx(hinge, abs=1e-14)
-    assert z[0] == pytest.approx(z[-1], abs=1e-13)
-
-
-def test_carrier_bends_by_the_cosine_rule() -> None:
-    assert np.degrees(DEFAULT.bend(0.099724)) == pytest.approx(
-        2 * np.degrees(np.arcsin(99.724 / 140)), rel=1e-12
-    )
-    assert DEFAULT.bend(2 * A) == pytest.approx(np.pi)
-    with pytest.raises(GeometryError, match="at most twice the centre distance, 140 mm"):
-        DEFAULT.bend(0.1401)
-
-
-def test_printed_split_parameter_is_near_assumed_points() -> None:
-    """The patent prints 0.968 for points that it does not disclose."""
-    assert DEFAULT.x_s == pytest.approx(0.968, abs=2e-3)
-    assert DEFAULT.x_s != pytest.approx(0.968, abs=5e-4)
-
-
 def test_stopping_curve_is_refused_with_angle() -> None:
     theta = np.linspace(0, TURN, 361)
     with pytest.raises(ComputationError, match=r"reaches zero at carrier angle 1[67]\d"):
@@ -163,3 +89,70 @@ def test_rising_curve_has_gears_of_falling_curve() -> None:
     mirrored = Train(AngleCurve(curve.carrier, -curve.relative, 1), A)
     assert mirrored.x_s == pytest.approx(DEFAULT.x_s, rel=1e-13)
     assert np.array(mirrored.radius_range) == pytest.approx(np.array(DEFAULT.radius_range))
+
+
+A = 0.07
+
+
+def named(train: Train) -> set[str]:
+    return {warning.name for warning in trains.warnings(train)}
+
+
+def test_readme_example_warns_of_cusp() -> None:
+    result = answer("train", "sun2019-curve", "--crank-mm", "101.6")
+    by_name: dict[str, list] = {}
+    for warning in result["warnings"]:
+        by_name.setdefault(warning["name"], []).append(warning)
+    (cusp,) = by_name["cusp"]
+    assert cusp["carrier_deg"] == pytest.approx(310.5, abs=1)
+    assert "follower 2 is nearly a cusp, of a radius of 0.1722 mm" in cusp["message"]
+    assert "a module of 0.138 mm on" in cusp["message"]
+    (ratio,) = by_name["ratio"]
+    assert "the total ratio is 9.416" in ratio["message"]
+    assert "driver 2 is only 16.8 mm of 70 mm" in ratio["message"]
+    assert {
+        gear
+        for gear in GEARS
+        for warning in by_name["hollow pitch curve"]
+        if gear in warning["message"]
+    } == set(GEARS)
+    assert result["module_max_mm"] == pytest.approx(min(result["curvature_radius_min_mm"]) / 1.25)
+
+
+def test_each_warning_has_a_cause() -> None:
+    for swing in np.linspace(0.1, 0.95, 12):
+        train = harmonic(float(swing), 72)
+        at = train.gears(np.linspace(0, TURN, 2001))
+        extreme = max(max(at[name].max(), 1 / at[name].min()) for name in ("i1", "i2"))
+        assert ("ratio" in named(train)) == (extreme >= trains.MOST_RATIO)
+        assert ("hollow pitch curve" in named(train)) == (not all(train.convex))
+
+
+def test_largest_module_is_where_offset_curve_folds() -> None:
+    """A curve beside another one, d away, has a cusp where the radius of curvature is d: it stops
+    there.
+    """
+    train = harmonic(0.9, 72)
+    dense = np.linspace(0, TURN, 100_001)
+    gears = model.gears(train.curve.slopes(dense)[0], train.x_s, A)
+    folds = []
+    for k in range(4):
+        angle = cumulative_trapezoid(gears[f"dpsi{k + 1}"], dense, initial=0)
+        curve = gears[f"r{k + 1}"] * np.exp(1j * angle)
+        step = np.gradient(curve)
+        normal = 1j * step / np.abs(step)
+        for module in (0.97, 1.03):
+            m = module * trains.largest_module(train)
+            for depth in (trains.DEDENDUM * m, -trains.ADDENDUM * m):
+                offset_curve = np.gradient(curve + depth * normal)[5:-5]
+                folds.append((module, bool(np.any((offset_curve / step[5:-5]).real < 0))))
+    assert not any(fold for module, fold in folds if module < 1)
+    assert any(fold for module, fold in folds if module > 1)
+
+
+def test_rising_curve_warns_of_idler() -> None:
+    theta = np.linspace(0, TURN, 73)
+    rising = Train(AngleCurve(theta, theta + 0.1 * np.sin(theta), 1), A)
+    (message,) = trains.warnings(rising)
+    assert (message.name, message.carrier_deg) == ("sense", None)
+    assert "idler" in message.message

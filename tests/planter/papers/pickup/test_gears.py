@@ -1,12 +1,13 @@
-"""Paths of one's own: what cannot be gears is refused with angle and place; what can be is told
-with its faults.
-"""
+"""Paths of one's own as gears: what cannot be gears is refused with angle and place; what can be is
+cut by planter gears."""
 
 from __future__ import annotations
 
+import json
 import warnings
 from pathlib import Path
 
+import jsonschema
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -14,9 +15,11 @@ from numpy.typing import NDArray
 from planter.errors import GeometryError
 from planter.papers.pickup import gears, model
 from planter.papers.pickup.file import load_pickup
-from planter.papers.pickup.model import PickupTrain, build_train
+from planter.papers.pickup.model import build_train
 from tests.planter.papers.pickup.pickups import L2, built_in, steps
+from tests.support import cli
 from tests.support.cli import below
+from tests.support.schemas import load_schema
 
 run, answer, refusal = below("pickup")
 
@@ -33,12 +36,11 @@ def points(folder: Path, x: NDArray, y: NDArray, name: str = "mine.csv") -> str:
     return str(folder / name)
 
 
-@pytest.mark.parametrize("out", [False, True])
-def test_bean_shape_is_refused_with_and_without_files(out: bool, tmp_path: Path) -> None:
+def test_bean_shape_is_refused(tmp_path: Path) -> None:
     path = points(tmp_path, BEAN, BEAN_Y)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        message = refusal(path, *(["--out", str(tmp_path / "out")] if out else []))
+        message = refusal(path, "--out", str(tmp_path / "out"))
     assert "mine.csv: this cannot be a pair of gears: at t = 136.5°" in message
     assert "the arm turns back (slope -0.57" in message
     assert "(107.76, 79.626) mm, by point 21" in message
@@ -123,12 +125,6 @@ def test_each_limit_is_violated_alone() -> None:
     assert not model.violates_limits({k: np.array([v]) for k, v in good.items()}, TEETH)
 
 
-def test_nearly_resting_arm_is_refused() -> None:
-    assert "at t = 0° from the farthest tip the arm stands still" in refusal(
-        "yu2023", "--set", "p=-1"
-    )
-
-
 def test_gear_check_refuses_too_large_teeth() -> None:
     machine = load_pickup("yu2023")
     gears.check_gears(machine, build_train(machine))
@@ -167,7 +163,7 @@ def _path_csv() -> str:
 
 @pytest.mark.usefixtures("blank_figures")
 def test_teeth_end_where_a_gentle_path_leaves_them_no_room(tmp_path: Path) -> None:
-    from tests.planter.papers.pickup.test_smooth import smooth_file
+    from tests.planter.papers.pickup.test_laws import smooth_file
 
     answer(smooth_file(tmp_path, 20), "--out", str(tmp_path / "smooth"))
     result = answer(str(tmp_path / "smooth" / "path.csv"))
@@ -177,7 +173,75 @@ def test_teeth_end_where_a_gentle_path_leaves_them_no_room(tmp_path: Path) -> No
     assert result["round_trip_error_rad"] < 1e-5
 
 
-def test_tooth_rotation_equals_arm_at_slope_jumps() -> None:
-    train: PickupTrain = built_in()
-    assert train.toothed == train.driven
-    assert train.meshes(np.radians([0, 209.9, 240, 270.1])).tolist() == [True, True, False, True]
+@pytest.mark.usefixtures("blank_figures")
+def test_the_built_in_pick_up(tmp_path: Path) -> None:
+    result = cli.answer("gears", "yu2023", "--backlash-mm", "0.05", "--stl", "--out", str(tmp_path))
+    jsonschema.validate(result, load_schema("gears"))
+    pair = result["intermittent"]
+    assert result["stages"] == []
+    assert (result["addendum"], result["pressure_angle_deg"], pair["module_mm"]) == (1.2, 20, 2)
+    assert np.pi * pair["module_mm"] * pair["pitches"] == pytest.approx(
+        pair["toothed_arc_mm"], rel=1e-14
+    )
+    design = cli.answer("pickup", "yu2023")
+    assert pair["toothed_arc_mm"] == pytest.approx(design["sun_toothed_arc_mm"], rel=1e-12)
+    assert pair["locking_radius_mm"] == pytest.approx(design["locking_arcs"]["radius_mm"], rel=1e-8)
+    assert pair["overlap_mm2"] == pair["dwell_overlap_mm2"] == 0
+    assert pair["positions"] >= 720
+    for undriven, smallest in zip(pair["undriven_deg"], pair["undriven_least_deg"], strict=True):
+        assert smallest - 1 < undriven < 12
+    assert pair["loose"]["after_dwell"]["behind_deg"] < 2
+    assert pair["loose"]["before_dwell"]["behind_deg"] < 3
+    assert {gear["joins_mm"] < 1e-9 for gear in pair["gears"]} == {True}
+    names = {Path(name).name for name in result["files"]}
+    assert {"sun.dxf", "intermediate_gear.stl", "sun_flanks.csv", "assembly.dxf"} <= names
+    summary = json.loads((tmp_path / "summary.json").read_text())
+    assert summary["intermittent"] == pair
+    assert pair["transmission_error_rad"] < 1e-11
+    page = (tmp_path / "report.html").read_text()
+    assert "ahead of it / °" in page
+    assert "planter-view" in page
+    assert {path.stem for path in (tmp_path / "figures").glob("*.png")} == {
+        "assembly",
+        "dwell",
+        "loose",
+        "lands",
+    }
+
+
+def test_tooth_count_determines_module_and_spacing() -> None:
+    result = cli.answer(
+        "gears", "yu2023", "--teeth", "24", "--addendum", "1", "--centre-error-mm", "0.1"
+    )["intermittent"]
+    assert result["pitches"] == pytest.approx(24, rel=1e-14)
+    assert max(result["slack_deg"]) < 0.05
+    assert max(result["loose"]["driven"].values()) < 0.01
+    assert 0.1 < max(result["farther_loose"]["driven"].values()) < 0.3
+
+
+REFUSED = {
+    "two pairs": (("--module1", "2"), "one non-circular pair"),
+    "speed": (("--speed-rpm", "30"), "depend on its speed"),
+    "scaled": (("--keep", "module", "--teeth", "23"), "follows from the bars"),
+    "disagree": (("--teeth", "30", "--module", "2"), "which makes 23 teeth"),
+    "few teeth": (("--teeth", "5"), "there must be 6 to 1000"),
+    "small module": (("--module", "0.2"), "a horn of the locking arcs takes"),
+    "undercut": (("--teeth", "10"), "undercut"),
+    "play": (("--backlash-mm", "1"), "at most 0.2 modules"),
+    "bore": (("--bore-mm", "60"), "60"),
+}
+
+
+@pytest.mark.parametrize(("options", "message"), REFUSED.values(), ids=REFUSED.keys())
+def test_impossible_gears_are_refused_in_a_sentence(options: tuple[str, ...], message: str) -> None:
+    assert message in cli.refusal("gears", "yu2023", *options)
+
+
+def test_smoothly_resting_law_is_refused(tmp_path: Path) -> None:
+    from planter.files import examples
+
+    text = examples.example("yu2023", "pickup").replace("# ends = ", "ends = ").replace("# "
+                                                                                        "transition_deg", "transition_deg")  # fmt: skip # noqa: E501
+    file = tmp_path / "own.toml"
+    file.write_text(text)
+    assert "other means than teeth" in cli.refusal("gears", str(file))

@@ -1,21 +1,27 @@
-"""The train against laws of kinematics: closure, rolling, common tangent, Euler-Savary, rates,
-dwell, locking arcs.
-"""
+"""The train against laws of kinematics: rolling, common tangent, dwell, locking arcs; a dwell with
+smooth ends."""
+
+from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from planter.errors import GeometryError
+from planter.files import examples
 from planter.gears.geometry.locking_arcs import compute_horn_reaches
 from planter.papers.pickup import gears as locks
 from planter.papers.pickup.analysis import build_result
 from planter.papers.pickup.file import load_pickup
 from planter.papers.pickup.gears import build_rolling, compute_locking_arcs
+from planter.papers.pickup.law import CosineLaw, Dwell
 from planter.papers.pickup.model import PickupTrain
 from planter.papers.pickup.scene import outline_locking_arcs
-from tests.planter.papers.pickup.pickups import arm, built_in, tips
+from tests.planter.papers.pickup.pickups import END, START, P, arm, built_in, tips
+from tests.support.cli import below
+from tests.support.tables import read_cycle_csv
 
 TRAINS = {name: built_in(name) for name in ("yu2023", "yu2023-path")}
 
@@ -34,10 +40,8 @@ def contacts(
     step, turned = 1e-6, train.law.arm(t) - np.pi
 
     def law_path(at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        build_result = train.pitch(at)
-        return build_result["x1"] + 1j * build_result["y1"], build_result["x2"] + 1j * build_result[
-            "y2"
-        ]
+        rows = train.pitch(at)
+        return rows["x1"] + 1j * rows["y1"], rows["x2"] + 1j * rows["y2"]
 
     sun, middle = (
         curve * np.exp(sign * 1j * angle)
@@ -59,16 +63,6 @@ def test_arm_gains_a_revolution_per_cycle(train: PickupTrain) -> None:
     assert train.law.arm(np.zeros(1))[0] == pytest.approx(np.pi, abs=1e-6)
 
 
-def test_slopes_are_derivatives(train: PickupTrain) -> None:
-    t, h = inside(train), 1e-5
-    assert (train.law.arm(t + h) - train.law.arm(t - h)) / (2 * h) == pytest.approx(
-        train.law.slopes(t)[0], abs=1e-8
-    )
-    for order in (0, 1):
-        slope = (train.law.slopes(t + h)[order] - train.law.slopes(t - h)[order]) / (2 * h)
-        assert slope == pytest.approx(train.law.slopes(t)[order + 1], abs=1e-3)
-
-
 def test_pitch_curves_roll_without_slip(train: PickupTrain) -> None:
     sun, middle, d1, d2 = contacts(train, inside(train))
     assert np.abs(sun.imag).max() < 1e-15
@@ -86,67 +80,17 @@ def test_another_centre_distance_parts_the_curves() -> None:
     assert np.abs(train.pitch(inside(train))["R1"] + radii - wrong.a1).max() > 1e-5
 
 
-def test_curvatures_obey_euler_and_savary(train: PickupTrain) -> None:
-    build_result = train.pitch(inside(train))
-    sine = build_result["R1"] / np.hypot(build_result["R1"], build_result["dR1"])
-    assert build_result["kappa1"] + build_result["kappa2"] == pytest.approx(
-        (1 / build_result["R1"] + 1 / build_result["R2"]) * sine, rel=1e-10
-    )
-
-
-def test_curvature_equals_three_neighbouring_points() -> None:
-    train, h = TRAINS["yu2023"], 1e-3
-    t = inside(train, 50)
-    for gear, sign in (("1", 1), ("2", -1)):
-        a, b, c = (
-            f[f"x{gear}"] + 1j * f[f"y{gear}"] for f in (train.pitch(t + k * h) for k in (-1, 0, 1))
-        )
-        area = sign * ((b - a).conjugate() * (c - a)).imag / 2
-        bent = 4 * area / (abs(b - a) * abs(c - b) * abs(a - c))
-        assert bent == pytest.approx(train.pitch(t)[f"kappa{gear}"], rel=1e-4)
-
-
-def test_tip_and_velocity(train: PickupTrain) -> None:
-    t, h = np.concatenate([inside(train), np.radians([220, 240, 260])]), 1e-6
-    build_result = train.motion(t)
-    place = train.geometry.L1 * np.exp(1j * (train.phi5_far + t))
-    place += train.geometry.L2 * np.exp(1j * train.arm_heading(t))
-    assert np.abs(build_result["x_S"] + 1j * build_result["y_S"] - place).max() < 1e-15
-    speed = (train.tip(t + h) - train.tip(t - h)) / (2 * h) * train.omega
-    assert (
-        np.abs(np.column_stack([build_result["vx_S"], build_result["vy_S"]]) - speed).max() < 1e-7
-    )
-
-
-def test_triangle_closes(train: PickupTrain) -> None:
-    g, build_result = train.geometry, train.motion(np.linspace(0, 6, 30))
-    middle, planet = (build_result[f"x_{p}"] + 1j * build_result[f"y_{p}"] for p in ("M1", "O1"))
-    assert np.abs(planet) == pytest.approx(g.L1)
-    assert np.abs(middle) == pytest.approx(g.a1)
-    assert np.abs(planet - middle) == pytest.approx(g.a2)
-    assert np.abs(np.angle((planet - middle) / -middle)) == pytest.approx(g.gamma)
-    assert np.angle(middle / planet) == pytest.approx(g.beta1)
-
-
-def test_distance_extremes_are_at_stretched_bars(train: PickupTrain) -> None:
-    g, build_result = train.geometry, train.motion(np.linspace(0, 2 * np.pi, 5001))["L3"]
-    ends = train.motion(np.array([0.0, train.nearest_angle]))["L3"]
-    assert ends == pytest.approx([g.L1 + g.L2, g.L2 - g.L1], abs=1e-12)
-    assert (ends[1] - 1e-15 <= build_result).all()
-    assert (build_result <= ends[0] + 1e-15).all()
-
-
 def test_in_the_dwell_the_tip_turns_with_the_carrier(train: PickupTrain) -> None:
     dwell = train.law.dwell
     t = np.linspace(dwell.start, dwell.end, 40)
-    build_result = train.motion(t)
-    assert np.ptp(build_result["L3"]) < 1e-15
-    assert np.hypot(build_result["vx_S"], build_result["vy_S"]) == pytest.approx(
-        build_result["L3"] * train.omega, rel=1e-12
+    rows = train.motion(t)
+    assert np.ptp(rows["L3"]) < 1e-15
+    assert np.hypot(rows["vx_S"], rows["vy_S"]) == pytest.approx(
+        rows["L3"] * train.omega, rel=1e-12
     )
     assert np.ptp(train.law.arm(t)) < 1e-12
     outside = np.array([dwell.start - 1e-3, dwell.end + 1e-3])
-    assert (np.abs(train.motion(outside)["L3"] - build_result["L3"][0]) > 1e-5).all()
+    assert (np.abs(train.motion(outside)["L3"] - rows["L3"][0]) > 1e-5).all()
 
 
 def test_locking_arcs_are_a_circle_about_the_sun(train: PickupTrain) -> None:
@@ -210,3 +154,76 @@ def test_built_in_law_equals_reference() -> None:
     assert np.abs(train.law.arm(t) - arm(t)).max() < 1e-13
     assert np.abs(train.tip(t) - tips(t, arm(t))).max() < 1e-15
     assert train.law.mean_on_teeth == pytest.approx(1.1606603790, abs=1e-9)
+
+
+run, answer, refusal = below("pickup")
+
+TRANSITION = np.radians(20)
+LAW = CosineLaw(P, Dwell(START, END), transition=TRANSITION)
+
+
+def smooth_file(folder: Path, transition: float | None = None) -> str:
+    """The built-in pick-up with the lines of its example that make the ends smooth."""
+    text = examples.example("yu2023", "pickup", ".toml").replace(
+        '# ends = "smooth"', 'ends = "smooth"  #'
+    )
+    if transition is not None:
+        text = text.replace("# transition_deg = 15", f"transition_deg = {transition}  #")
+    (folder / "smooth.toml").write_text(text)
+    return str(folder / "smooth.toml")
+
+
+def test_the_arm_gains_a_turn_in_a_turn_and_rests_in_the_dwell() -> None:
+    t = np.linspace(-7, 9, 4001)
+    assert LAW.arm(t + 2 * np.pi) - LAW.arm(t) == pytest.approx(
+        np.full(t.shape, 2 * np.pi), abs=1e-12
+    )
+    dwell_arm = LAW.arm(np.linspace(START, END, 50))
+    assert np.ptp(dwell_arm) < 1e-12
+    assert LAW.arm(np.zeros(1))[0] == pytest.approx(np.pi, abs=1e-14)
+
+
+def test_slopes_are_the_derivatives_of_the_angle() -> None:
+    t = np.linspace(END - 2 * np.pi, START, 5001)[1:-1]
+    t = t[np.min(np.abs(t[:, None] - LAW.breakpoints()), axis=1) > 1e-3]
+    h = 1e-5
+    for lower, upper in (
+        (LAW.arm, 0),
+        (lambda x: LAW.slopes(x)[0], 1),
+        (lambda x: LAW.slopes(x)[1], 2),
+    ):
+        numeric = (lower(t + h) - lower(t - h)) / (2 * h)
+        assert LAW.slopes(t)[upper] == pytest.approx(numeric, abs=2e-5)
+
+
+def test_slope_and_rate_are_continuous_and_end_at_zero() -> None:
+    for joint in LAW.breakpoints():
+        inside = LAW.slopes(np.array([joint - 1e-9, joint + 1e-9]))
+        assert inside[0, 0] == pytest.approx(inside[0, 1], abs=1e-6)
+        assert inside[1, 0] == pytest.approx(inside[1, 1], abs=1e-5)
+    ends = LAW.slopes(np.array([LAW.breakpoints()[0], LAW.breakpoints()[-1]]))
+    assert ends[:2] == pytest.approx(np.zeros((2, 2)), abs=1e-9)
+
+
+@pytest.mark.usefixtures("blank_figures")
+def test_command_reports_no_jump_and_undriven_angles(tmp_path: Path) -> None:
+    result = answer(smooth_file(tmp_path), "--at", "200", "--at", "0")
+    names = [warning["name"] for warning in result["warnings"]]
+    assert not any("velocity" in name for name in names)
+    message = next(
+        warning["message"]
+        for warning in result["warnings"]
+        if warning["name"] == "no teeth at the dwell's start"
+    )
+    assert "from t = 195 to 210 deg" in message
+    assert result["slope"]["mean"] == pytest.approx(1, abs=1e-12)
+    assert [row["contact_ratio"] is None for row in result["at"]] == [True, False]
+    cycle = answer(smooth_file(tmp_path, 20), "--out", str(tmp_path / "out"))
+    assert cycle["round_trip_error_rad"] < 1e-5
+    _, columns = read_cycle_csv(tmp_path / "out" / "cycle.csv")
+    ring = np.append(columns["tip_vx_mm_s"], columns["tip_vx_mm_s"][0])
+    assert np.abs(np.diff(ring)).max() < 100
+
+
+def test_smooth_ends_and_moved_points_do_not_go_together(tmp_path: Path) -> None:
+    assert 'law.ends = "smooth" cannot be used' in refusal(smooth_file(tmp_path), "--optimise")

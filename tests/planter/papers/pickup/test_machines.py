@@ -11,13 +11,12 @@ import numpy as np
 import pytest
 
 from planter.engine.machine import Machine, load_machine
-from planter.engine.summary import PiecewiseCycle, build_rows
 from planter.papers.pickup import file
 from planter.papers.pickup.machines import build_machine, takes
 from planter.papers.pickup.model import PickupTrain, build_train
-from planter.papers.pickup.tray import Cell, CellEntry
-from tests.planter.papers.pickup.pickups import arm, steps, tips
-from tests.planter.papers.pickup.test_smooth import smooth_file
+from planter.papers.pickup.requirements import Cell, CellEntry
+from tests.planter.papers.pickup.pickups import steps, tips
+from tests.planter.papers.pickup.test_laws import smooth_file
 from tests.support.responses import check_slopes, values_of
 
 ANGLES = np.concatenate([np.radians(np.arange(-30, 400, 5)), steps(37, 0.3)])
@@ -71,28 +70,8 @@ def test_gears_are_those_of_the_train(source: str) -> None:
     np.testing.assert_allclose(values["R1"] + values["R2"], train.geometry.a1, rtol=1e-14)
 
 
-def test_tip_equals_complex_arithmetic() -> None:
-    values = values_of(train_of("yu2023")[2], ANGLES)
-    np.testing.assert_allclose(
-        np.column_stack([values["x_S"], values["y_S"]]), tips(ANGLES, arm(ANGLES)), atol=1e-13
-    )
-
-
 def test_derivatives_are_those_of_differences(source: str) -> None:
     check_slopes(train_of(source)[2], steps(24, 0.5))
-
-
-def test_the_tip_s_velocity_jumps_at_the_ends_of_the_dwell() -> None:
-    _, train, machine = train_of("yu2023")
-    shocks = [
-        shock
-        for shock in PiecewiseCycle(machine, build_rows(machine)).shocks()
-        if shock.quantity == "vx_S"
-    ]
-    assert [shock.event for shock in shocks] == ["start of the dwell", "end of the dwell"]
-    assert [shock.phi_deg for shock in shocks] == pytest.approx([210, 270], abs=1e-9)
-    before, after = (train.motion(np.radians([210 + side]))["vx_S"][0] for side in (-1e-7, 1e-7))
-    assert (shocks[0].before, shocks[0].after) == pytest.approx((before, after), rel=1e-6)
 
 
 def test_changes_and_other_files(tmp_path: Path) -> None:

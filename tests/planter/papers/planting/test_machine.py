@@ -9,8 +9,9 @@ from pathlib import Path
 import pytest
 from pydantic import ValidationError
 
+from planter import paths
 from planter.errors import GeometryError, InputError
-from planter.files import examples, paths
+from planter.files import examples
 from planter.files.fields import FileSection, Problems, check, invalid_value_problem
 from planter.papers.planting.file import PlantingMachine, load
 from planter.papers.planting.model import Device

@@ -1,20 +1,20 @@
-"""Drawings of a clutch with its symbols, and its moving scenes."""
+"""Moving scenes, drawings with symbols and figures of a clutch."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from planter.kernels import Array, Integers, formulas
 from planter.numerics.arrays import TURN
-from planter.papers.clutch.contact_dynamics import ANGLE, FREE, REULEAUX, TRAVEL
-from planter.papers.clutch.contact_simulation import ContactRun
-from planter.papers.clutch.file import ClutchFile
-from planter.papers.clutch.geometry import SIDES, VERTICES, CrankLinkage
-from planter.papers.clutch.model import collect_values, load_model
+from planter.papers.clutch.model import SIDES, VERTICES, CrankLinkage, collect_values, load_model
 from planter.papers.clutch.rotor import Rotor, body_outline, polygon_outline
+from planter.report import style
+from planter.report.animation import draw_stills
+from planter.report.curves import Panel, Points, draw_panels
 from planter.report.scene import Body, Curve, Event, Label, Outline, Point, Scene, refine_places
 from planter.report.sheet import (
     Angle,
@@ -26,6 +26,17 @@ from planter.report.sheet import (
     direction_angle,
 )
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from planter.papers.clutch.contact import ContactRun, SwitchingRun
+    from planter.papers.clutch.field import FieldEvaluation
+    from planter.papers.clutch.file import ClutchFile
+    from planter.papers.clutch.modal_engagement import Si
+    from planter.papers.clutch.results import ContactLoadSensitivity
+
+DrawnLinkage = tuple[CrankLinkage, float, float]
+"""A linkage, its travel [m], and the pitch radius of its crank gear [m]."""
 _MM = 1e3
 _TURN = np.linspace(0, 2 * np.pi, 181)
 _TURNED = 360 / SIDES
@@ -256,6 +267,8 @@ def build_engagement_scene(run: ContactRun) -> Scene:
     """Return the scene of an engagement in the frame of the shaft; the sleeve from the side
     below.
     """
+    from planter.papers.clutch.contact import ANGLE, FREE, REULEAUX, TRAVEL
+
     chosen = _chosen(run)
     states, pushed, time = (
         run.states[:, chosen],
@@ -268,8 +281,8 @@ def build_engagement_scene(run: ContactRun) -> Scene:
     ]
     views = [model.at("seen", places=view) for view in places]
     x, y = (1e3 * np.array([view[name] for view in views]) for name in ("c_x", "c_y"))
-    body = 1e3 * body_outline(Rotor(VERTICES, SIDES, run.inputs.width), 0.0, np.zeros(2)).T
-    shaft = 1e3 * polygon_outline(SIDES, run.inputs.apothem, run.inputs.fillet).T
+    body = 1e3 * body_outline(Rotor(VERTICES, SIDES, run.inputs["width"]), 0.0, np.zeros(2)).T
+    shaft = 1e3 * polygon_outline(SIDES, run.inputs["apothem"], run.inputs["fillet"]).T
     low, wide = float(body[:, 1].min()) * 1.6, float(np.ptp(body[:, 0]))
     heading = np.degrees(np.unwrap([view["heading"] for view in views]))
     return Scene(
@@ -304,6 +317,8 @@ def _chosen(run: ContactRun) -> Integers:
     """Return the indices (n,) of a run's instants for the scene: those that the curves need, and
     the largest load.
     """
+    from planter.papers.clutch.contact import TRAVEL
+
     rows = [run.load, run.speed, run.seen["link"][0], run.states[TRAVEL]]
 
     def nearest(places: Array) -> Integers:
@@ -317,3 +332,190 @@ def _chosen(run: ContactRun) -> Integers:
 def _block(size: float) -> Array:
     half = size / 2
     return np.array([[-half, -half / 2], [half, -half / 2], [half, half / 2], [-half, half / 2]])
+
+
+BINS = 900
+LINK = "link angle / deg"
+
+
+def thin_curve(x: Array, y: Array, bins: int = BINS) -> Points:
+    """Return the smallest and largest value of each of many parts of a curve (n,), in order."""
+    if len(x) <= 2 * bins:
+        return x, y
+    chosen = {0, len(x) - 1}
+    for part in np.array_split(np.arange(len(x)), bins):
+        chosen |= {int(part[np.argmin(y[part])]), int(part[np.argmax(y[part])])}
+    index = sorted(chosen)
+    return x[index], y[index]
+
+
+def _plot(run: ContactRun, values: Array) -> Points:
+    """Values over the link angle while the link moves."""
+    from planter.papers.clutch.contact import switching_time
+
+    moving = (run.time >= 0) & (run.time <= switching_time(run.inputs))
+    return thin_curve(run.link_deg[moving], values[moving])
+
+
+def draw_contact(
+    runs: Mapping[str, SwitchingRun],
+    rows: Sequence[ContactLoadSensitivity],
+    loads: Mapping[str, float],
+) -> dict[str, Figure]:
+    """Return figures of loads and speeds of both clutches, of the section, and of the loads [N]
+    while inputs vary.
+    """
+    engaged = {name: run.engagement for name, run in runs.items()}
+    cut_off = {name: run.cut_off for name, run in runs.items()}
+    load = {name: _plot(run, run.load) for name, run in engaged.items()}
+    speeds = [
+        {name: _plot(run, run.speed * 30 / np.pi) for name, run in way.items()}
+        for way in (engaged, cut_off)
+    ]
+    titles = ("engagement", "cut-off")
+    scene = build_engagement_scene(engaged["reuleaux"])
+    return {
+        "load": draw_panels([Panel("contact load / N", load)], LINK, 3.0),
+        "speed": draw_panels(
+            [
+                Panel("output speed / (r/min)", curves, title)
+                for curves, title in zip(speeds, titles, strict=True)
+            ],
+            LINK,
+        ),
+        "section": draw_stills({"cut off": (scene, 0), "engaged": (scene, scene.moments - 1)}),
+        "sensitivity": draw_sensitivity(rows, loads),
+    }
+
+
+def draw_sensitivity(rows: Sequence[ContactLoadSensitivity], loads: Mapping[str, float]) -> Figure:
+    """Draw the largest loads [N] of both clutches while one input runs over a factor of 10."""
+    panels = []
+    for clutch, load in loads.items():
+        curves: dict[str, Points] = {}
+        for name in dict.fromkeys(row.input for row in rows):
+            varied = [(r.factor, getattr(r, f"{clutch}_N_max_N")) for r in rows if r.input == name]
+            factors, largest = np.array(sorted([(1.0, load), *varied])).T
+            curves[name] = factors, largest
+        panels.append(Panel("largest load / N", curves, clutch, is_log=True))
+    return draw_panels(panels, "factor on the input")
+
+
+def draw_modal_load(si: Si, shape: str) -> dict[str, Figure]:
+    """Draw the load on the tooth in one mode, derived and as printed, until contact is lost."""
+    from planter.papers.clutch.modal_engagement import build_engagement, printed_extremes
+
+    engagement = build_engagement(si, shape)
+    extremes = {"exact": engagement.extremes, "printed": printed_extremes(engagement)}
+    curves = {}
+    for name, at in extremes.items():
+        time = np.linspace(0, at["t_loss"], 241)
+        rates = {"B1": at["B1"], "B2": at["B2"], "struck": engagement.struck.packed}
+        curves[name] = 1e6 * time, formulas.load("clutch_beam")("motion", t=time, **rates)["N"]
+    panel = Panel("load on the tooth / N", curves, level=0)
+    return {"modal": draw_panels([panel], "time since contact / μs")}
+
+
+def draw_rotor(rotor: Rotor, fillets: Mapping[str, float]) -> dict[str, Figure]:
+    """Draw the body in the smallest polygon that lets it turn, and the path of a vertex with
+    rounded corners [m] inside, if there are any.
+    """
+    turning = draw_stills({"": (build_rotor_scene(rotor, "rotor"), 0)})
+    if not fillets:
+        return {"turning": turning}
+    rounded = [polygon_outline(rotor.sides, rotor.width / 2, r, 40) for r in fillets.values()]
+    outlines = [
+        Outline(_MM * polygon_outline(rotor.sides, rotor.width / 2).T, "frame"),
+        Outline(_MM * rotor.track().T, "body", closed=False, shade=0),
+        *(
+            Outline(_MM * part.T, "gear", closed=False, shade=i)
+            for i, part in enumerate(rounded, 2)
+        ),
+    ]
+    radii = ", ".join(f"{name}: {r / rotor.width:.4f} R" for name, r in fillets.items())
+    scene = build_still_scene("path", [Body("path", outlines)])
+    return {"turning": turning, "vertex_path": draw_stills({f"fillets {radii}": (scene, 0)})}
+
+
+def draw_travels(angles_deg: Array, curves: Mapping[str, Array], marks: Array) -> Figure:
+    """Draw the least travel [mm] over the axial angle, with the file's levels marked."""
+    points = {name: (marks, np.interp(marks, angles_deg, curve)) for name, curve in curves.items()}
+    series = {name: (angles_deg, curve) for name, curve in curves.items()}
+    return draw_panels(
+        [Panel("least travel of the sleeve / mm", series, "", points)], "axial angle / deg"
+    )
+
+
+def draw_linkages(linkages: Mapping[str, DrawnLinkage]) -> Figure:
+    """Draw linkages by their labels at both ends of their travel.
+
+    Titles have the rotation of the crank and the travel.
+    """
+    stills = {}
+    for name, (linkage, travel, gear) in linkages.items():
+        turned = math.degrees(linkage.rotation(travel))
+        title = f"{name}: {turned:.3g}°, {_MM * travel:.3g} mm"
+        stills[title] = build_still_scene(name, draw_linkage(linkage, travel, gear)), 0
+    return draw_stills(stills, 2.6)
+
+
+def draw_field_test(evaluation: FieldEvaluation) -> dict[str, Figure]:
+    """Return the figures of a field test: effects, and the compared clutches if there are any."""
+    figures = {"effects": draw_effects(evaluation)}
+    if evaluation.samples:
+        figures["comparison"] = draw_comparison(evaluation)
+    return figures
+
+
+def _escape(text: str) -> str:
+    """Return a user's text with dollars escaped, which would set it as mathematics."""
+    return text.replace("$", r"\$")
+
+
+@style.with_style
+def draw_effects(evaluation: FieldEvaluation) -> Figure:
+    """Draw means at the levels of each factor over the runs, a row for each response."""
+    trial, count = evaluation.trial, len(evaluation.trial.factors)
+    figure = style.new_figure(0.4 + 1.9 * len(trial.responses))
+    grid = figure.subplots(len(trial.responses), count, sharey="row", squeeze=False)
+    for row, (response, values) in zip(grid, trial.responses.items(), strict=True):
+        means = evaluation.result.range[response]
+        for axes, (name, factor) in zip(row, trial.factors.items(), strict=True):
+            places = np.arange(len(factor.levels))
+            axes.plot(factor.codes, values, "o", color=style.FAINT, markersize=3)
+            axes.plot(places, means[name].k, "o-", color=style.BLUE, markersize=4.5)
+            axes.axhline(float(values.mean()), color=style.SOFT, linewidth=0.6, linestyle="--")
+            axes.set_xticks(places, [_escape(str(level)) for level in factor.levels])
+            axes.set_xlim(-0.4, len(places) - 0.6)
+            axes.set_xlabel(_escape(trial.labels.get(name, name)))
+        row[0].set_ylabel(_escape(trial.labels.get(response, response)))
+    return figure
+
+
+@style.with_style
+def draw_comparison(evaluation: FieldEvaluation) -> Figure:
+    """Draw mean and standard deviation of each clutch over speed, a panel for each measure."""
+    samples = evaluation.samples
+    measures = list(dict.fromkeys(sample.measure for sample in samples))
+    figure = style.new_figure(2.6)
+    for axes, measure in zip(
+        figure.subplots(1, len(measures), squeeze=False)[0], measures, strict=True
+    ):
+        clutches = list(dict.fromkeys(sample.clutch for sample in samples))
+        for index, clutch in enumerate(clutches):
+            chosen = [s for s in samples if (s.clutch, s.measure) == (clutch, measure)]
+            axes.errorbar(
+                [s.speed_m_s for s in chosen],
+                [s.mean for s in chosen],
+                [s.sd for s in chosen],
+                fmt="o",
+                capsize=3,
+                color=style.curve_colour(clutch, index),
+                label=_escape(clutch),
+            )
+        axes.set_title(_escape(evaluation.trial.labels.get(measure, measure)))
+        axes.set_xlabel("working speed / (m/s)")
+        axes.margins(x=0.4)
+    handles, labels = figure.axes[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=len(labels), frameon=False)
+    return figure

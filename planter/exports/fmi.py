@@ -1,5 +1,5 @@
-"""Units for co-simulation (FMI): their variables, descriptions in XML, C sources, libraries and
-archives.
+"""Functional mock-up units (FMI 2.0 and 3.0): their variables, descriptions in XML, C sources,
+libraries and archives.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import subprocess
 import sys
 import tempfile
 import zipfile
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
@@ -23,22 +23,15 @@ from xml.etree.ElementTree import Element, SubElement
 from planter.files.units import parse_unit
 from planter.kernels import builds, compiler, toolchain
 from planter.kernels.compiler import CompilerError, Platform, find_compiler
+from planter.version import __version__
 
 Causality = Literal["input", "parameter", "output", "local"]
 MAIN = "fmu.c"
 """The C file of a unit's sources that includes all others."""
 TOKEN = "TOKEN_OF_THIS"
 """Placeholder in `MAIN` for the token of the unit."""
-INTERFACE = "interface.c"
-"""The file that `MAIN` includes last."""
 
 _FRACTION = re.compile(r"\d\.\d")
-_VARIABILITY = {
-    "input": "continuous",
-    "output": "continuous",
-    "local": "continuous",
-    "parameter": "tunable",
-}
 _DATE = (1980, 1, 1, 0, 0, 0)
 """Date of every file in an archive: the earliest that the format allows."""
 _PERMISSIONS = 0o100644
@@ -49,8 +42,7 @@ class Variable:
     """A number of a unit, in SI units and radians.
 
     `factor` is the size of `display_unit` in SI; `start` and the range from `low` to `high` are in
-    SI, None without one. A `fixed` parameter does not change after the start. `rate_of` is the index
-    of the state whose rate it is.
+    SI, None without one. A `fixed` parameter does not change after the start.
     """
 
     name: str
@@ -63,45 +55,98 @@ class Variable:
     display_unit: str = ""
     factor: float = 1.0
     fixed: bool = False
-    rate_of: int | None = None
 
 
 @dataclass(frozen=True)
 class UnitModel:
-    """A unit with inputs and parameters first among its variables, outputs after them; `name` is a
-    C identifier.
+    """Description of a unit; `name` is a C identifier.
 
-    The reference of a variable is its index. The proposed simulation is a `period` [s] in `steps`.
-    For model exchange states come first, then their rates; there are `events` event indicators.
+    The reference of a variable is its index: `states`, inputs and parameters come first, then the
+    rates of the states, then outputs, of which the last `events` are event indicators. The proposed
+    simulation is a `period` [s] in `steps`.
     """
 
     name: str
     title: str
     meaning: str
-    tool: str
     variables: tuple[Variable, ...]
     period: float
     steps: int
+    states: int = 0
     events: int = 0
 
     @property
-    def outputs(self) -> list[int]:
-        """Indices of the outputs, from 0."""
-        return [
-            index for index, variable in enumerate(self.variables) if variable.causality == "output"
-        ]
+    def first_rate(self) -> int:
+        """The number of variables that can be set, behind which the rates stand."""
+        return sum(variable.start is not None for variable in self.variables)
+
+    @property
+    def unknowns(self) -> dict[str, list[int]]:
+        """Indices of variables by the part that they have in the structure of the model."""
+        first, count = self.first_rate, len(self.variables)
+        rates = list(range(first, first + self.states))
+        causes = enumerate(variable.causality for variable in self.variables)
+        return {
+            "Output": [index for index, causality in causes if causality == "output"],
+            "Derivative": rates,
+            "InitialUnknown": list(range(first, count)),
+            "EventIndicator": list(range(count - self.events, count)),
+        }
 
 
 @dataclass(frozen=True)
 class Version:
-    """A version of the interface: its C file, if the model's own does not have it, its folders of
-    libraries by platform, and a function that returns the descriptions of a model with a token by
-    their paths in the archive.
+    """A version of the interface: its C file, the attribute with the unit's token, the first
+    reference in the structure of a model, abilities of all units, that of units with derivatives,
+    and folders of libraries by platform.
     """
 
-    source: str | None
+    number: str
+    source: str
+    token: str
+    first: int
+    abilities: tuple[str, ...]
+    differentiable: str
     folders: Mapping[str, str]
-    describe: Callable[[UnitModel, str], dict[str, bytes]]
+
+    def describe(self, model: UnitModel, token: str) -> dict[str, bytes]:
+        """Return the descriptions of a model by their paths in the archive."""
+        if self.number == "2.0":
+            return {"modelDescription.xml": _format_xml(_describe_fmi2(self, model, token))}
+        build = Element("fmiBuildDescription", fmiVersion="3.0")
+        configuration = SubElement(build, "BuildConfiguration", modelIdentifier=model.name)
+        files = SubElement(configuration, "SourceFileSet", language="C99")
+        SubElement(files, "SourceFile", name=MAIN)
+        return {
+            "modelDescription.xml": _format_xml(_describe_fmi3(self, model, token)),
+            "sources/buildDescription.xml": _format_xml(build),
+        }
+
+
+VERSIONS = {
+    "2.0": Version(
+        "2.0",
+        "fmi2.c",
+        "guid",
+        1,
+        (
+            "canNotUseMemoryManagementFunctions",
+            "canGetAndSetFMUstate",
+            "canSerializeFMUstate",
+        ),
+        "providesDirectionalDerivative",
+        {"linux64": "linux64", "win64": "win64"},
+    ),
+    "3.0": Version(
+        "3.0",
+        "fmi3.c",
+        "instantiationToken",
+        0,
+        ("canGetAndSetFMUState", "canSerializeFMUState"),
+        "providesDirectionalDerivatives",
+        {"linux64": "x86_64-linux", "win64": "x86_64-windows"},
+    ),
+}
 
 
 def decompose_unit(unit: str) -> dict[str, int]:
@@ -119,136 +164,80 @@ def decompose_unit(unit: str) -> dict[str, int]:
     return {base: int(power) for base, power in powers if power}
 
 
-def _describe_fmi2(model: UnitModel, token: str) -> dict[str, bytes]:
-    """Return `modelDescription.xml` of FMI 2.0, section 2.2 of the standard."""
-    abilities = (
-        "canNotUseMemoryManagementFunctions",
-        "canGetAndSetFMUstate",
-        "canSerializeFMUstate",
-    )
-    root, unit = _begin_description(model, "2.0", {"guid": token}, abilities)
-    SubElement(SubElement(unit, "SourceFiles"), "File", name=MAIN)
-    variables = SubElement(root, "ModelVariables")
-    for index, variable in enumerate(model.variables):
-        scalar = SubElement(variables, "ScalarVariable", _describe_role(index, variable))
-        SubElement(scalar, "Real", _describe_values(variable))
-    structure = SubElement(root, "ModelStructure")
-    for name in ("Outputs", "InitialUnknowns"):
-        unknowns = SubElement(structure, name)
-        for index in model.outputs:
-            SubElement(unknowns, "Unknown", index=str(index + 1))
-    return {"modelDescription.xml": _format_xml(root)}
+# --- descriptions --------------------------------------------------------------------------------
 
 
-def _describe_fmi3(model: UnitModel, token: str) -> dict[str, bytes]:
-    """Return `modelDescription.xml` and `buildDescription.xml` of FMI 3.0, sections 2.4 and 2.5 of
-    the standard.
-    """
-    abilities = ("canGetAndSetFMUState", "canSerializeFMUState")
-    root, _ = _begin_description(model, "3.0", {"instantiationToken": token}, abilities)
+def _describe_fmi2(version: Version, model: UnitModel, token: str) -> Element:
+    """Return `modelDescription.xml` of FMI 2.0, sections 2.2, 3.3 and 4.3 of the standard."""
+    root, uses = _begin_description(version, model, token)
+    if model.events:
+        root.set("numberOfEventIndicators", str(model.events))
+    for use in uses:
+        SubElement(SubElement(use, "SourceFiles"), "File", name=MAIN)
     variables = SubElement(root, "ModelVariables")
-    for index, variable in enumerate(model.variables):
-        SubElement(
-            variables, "Float64", _describe_role(index, variable) | _describe_values(variable)
-        )
-    SubElement(
-        variables,
-        "Float64",
-        name="time",
-        valueReference=str(len(model.variables)),
-        description="time",
-        causality="independent",
-        variability="continuous",
-    )
+    for role, values in _list_attributes(version, model):
+        SubElement(SubElement(variables, "ScalarVariable", role), "Real", values)
     structure = SubElement(root, "ModelStructure")
-    for name in ("Output", "InitialUnknown"):
-        for index in model.outputs:
-            SubElement(structure, name, valueReference=str(index))
-    build = Element("fmiBuildDescription", fmiVersion="3.0")
-    configuration = SubElement(build, "BuildConfiguration", modelIdentifier=model.name)
-    SubElement(SubElement(configuration, "SourceFileSet", language="C99"), "SourceFile", name=MAIN)
-    return {
-        "modelDescription.xml": _format_xml(root),
-        "sources/buildDescription.xml": _format_xml(build),
+    for part in ("Output", "Derivative", "InitialUnknown"):
+        if indices := model.unknowns[part]:
+            unknowns = SubElement(structure, f"{part}s")
+            for index in indices:
+                SubElement(unknowns, "Unknown", index=str(index + version.first))
+    return root
+
+
+def _describe_fmi3(version: Version, model: UnitModel, token: str) -> Element:
+    """Return `modelDescription.xml` of FMI 3.0, section 2.4 of the standard."""
+    root, _ = _begin_description(version, model, token)
+    variables = SubElement(root, "ModelVariables")
+    for role, values in _list_attributes(version, model):
+        SubElement(variables, "Float64", role | values)
+    time = {
+        "name": "time",
+        "valueReference": str(len(model.variables)),
+        "description": "time",
+        "causality": "independent",
+        "variability": "continuous",
     }
-
-
-def _describe_exchange(model: UnitModel, token: str) -> dict[str, bytes]:
-    """Return `modelDescription.xml` of model exchange in FMI 2.0, section 3.3 of the standard."""
-    abilities = (
-        "canNotUseMemoryManagementFunctions",
-        "canGetAndSetFMUstate",
-        "canSerializeFMUstate",
-        "providesDirectionalDerivative",
-    )
-    root, unit = _begin_description(model, "2.0", {"guid": token}, abilities, "ModelExchange")
-    root.set("numberOfEventIndicators", str(model.events))
-    SubElement(SubElement(unit, "SourceFiles"), "File", name=MAIN)
-    variables = SubElement(root, "ModelVariables")
-    for index, variable in enumerate(model.variables):
-        scalar = SubElement(variables, "ScalarVariable", _describe_role(index, variable))
-        SubElement(scalar, "Real", _describe_values(variable))
-    rates = [
-        index for index, variable in enumerate(model.variables) if variable.rate_of is not None
-    ]
-    calculated = [index for index in model.outputs if model.variables[index].start is None]
-    unknowns = {
-        "Outputs": model.outputs,
-        "Derivatives": rates,
-        "InitialUnknowns": [*rates, *calculated],
-    }
+    SubElement(variables, "Float64", time)
     structure = SubElement(root, "ModelStructure")
-    for name, indices in unknowns.items():
-        element = SubElement(structure, name)
+    names = {"Derivative": "ContinuousStateDerivative"}
+    for part, indices in model.unknowns.items():
         for index in indices:
-            SubElement(element, "Unknown", index=str(index + 1))
-    return {"modelDescription.xml": _format_xml(root)}
-
-
-EXCHANGE = Version(None, {"linux64": "linux64", "win64": "win64"}, _describe_exchange)
-"""Model exchange in FMI 2.0."""
-VERSIONS = {
-    "2.0": Version("fmi2.c", {"linux64": "linux64", "win64": "win64"}, _describe_fmi2),
-    "3.0": Version(
-        "fmi3.c", {"linux64": "x86_64-linux", "win64": "x86_64-windows"}, _describe_fmi3
-    ),
-}
+            SubElement(structure, names.get(part, part), valueReference=str(index))
+    return root
 
 
 def _begin_description(
-    model: UnitModel,
-    version: str,
-    token: dict[str, str],
-    abilities: Sequence[str],
-    kind: str = "CoSimulation",
-) -> tuple[Element, Element]:
-    """Return the root of a description, up to its variables, and the element of its kind."""
-    root = Element(
-        "fmiModelDescription",
-        {
-            "fmiVersion": version,
-            "modelName": model.title,
-            **token,
-            "description": model.meaning,
-            "generationTool": model.tool,
-            "variableNamingConvention": "structured",
-        },
-    )
-    flags = dict.fromkeys(abilities, "true")
-    if kind == "CoSimulation":
-        flags = {"canHandleVariableCommunicationStepSize": "true", **flags}
-    unit = SubElement(root, kind, {"modelIdentifier": model.name, **flags})
+    version: Version, model: UnitModel, token: str
+) -> tuple[Element, list[Element]]:
+    """Return the root of a description, up to its variables, and the elements of its uses."""
+    attributes = {
+        "fmiVersion": version.number,
+        "modelName": model.title,
+        version.token: token,
+        "description": model.meaning,
+        "generationTool": f"planter {__version__}",
+        "variableNamingConvention": "structured",
+    }
+    root = Element("fmiModelDescription", attributes)
+    # only states make a model that another program can integrate
+    derivatives = (version.differentiable,) if model.states else ()
+    abilities = dict.fromkeys((*version.abilities, *derivatives), "true")
+    identifier = {"modelIdentifier": model.name}
+    steps = {"canHandleVariableCommunicationStepSize": "true"}
+    uses = [SubElement(root, "ModelExchange", identifier | abilities)] if model.states else []
+    uses.append(SubElement(root, "CoSimulation", identifier | steps | abilities))
     _add_units(SubElement(root, "UnitDefinitions"), model.variables)
     categories = SubElement(root, "LogCategories")
     SubElement(categories, "Category", name="logStatusError", description="what went wrong")
-    SubElement(
-        root,
-        "DefaultExperiment",
-        startTime="0",
-        stopTime=repr(model.period),
-        stepSize=repr(model.period / model.steps),
-    )
-    return root, unit
+    experiment = {
+        "startTime": "0",
+        "stopTime": repr(model.period),
+        "stepSize": repr(model.period / model.steps),
+    }
+    SubElement(root, "DefaultExperiment", experiment)
+    return root, uses
 
 
 def _add_units(parent: Element, variables: Sequence[Variable]) -> None:
@@ -269,14 +258,28 @@ def _add_units(parent: Element, variables: Sequence[Variable]) -> None:
             SubElement(element, "DisplayUnit", name=name, factor=repr(factor))
 
 
+def _list_attributes(
+    version: Version, model: UnitModel
+) -> Iterator[tuple[dict[str, str], dict[str, str]]]:
+    """Yield role and values of each variable."""
+    rates = model.unknowns["Derivative"]
+    for index, variable in enumerate(model.variables):
+        values = _describe_values(variable)
+        if index in rates:
+            values["derivative"] = str(index - model.first_rate + version.first)
+        yield _describe_role(index, variable), values
+
+
 def _describe_role(index: int, variable: Variable) -> dict[str, str]:
     """Return name, reference, causality and variability of a variable."""
+    is_parameter = variable.causality == "parameter"
+    tunable = "fixed" if variable.fixed else "tunable"
     attributes = {
         "name": variable.name,
         "valueReference": str(index),
         "description": variable.meaning,
         "causality": variable.causality,
-        "variability": "fixed" if variable.fixed else _VARIABILITY[variable.causality],
+        "variability": tunable if is_parameter else "continuous",
     }
     if variable.causality != "input":
         attributes["initial"] = "calculated" if variable.start is None else "exact"
@@ -285,12 +288,10 @@ def _describe_role(index: int, variable: Variable) -> dict[str, str]:
 
 def _describe_values(variable: Variable) -> dict[str, str]:
     """Return units, range and start of a variable."""
+    attributes = {"unit": variable.unit}
+    if variable.display_unit:
+        attributes["displayUnit"] = variable.display_unit
     limits = {"min": variable.low, "max": variable.high, "start": variable.start}
-    attributes = {"unit": variable.unit} | (
-        {"displayUnit": variable.display_unit} if variable.display_unit else {}
-    )
-    if variable.rate_of is not None:
-        attributes["derivative"] = str(variable.rate_of + 1)
     return attributes | {name: repr(value) for name, value in limits.items() if value is not None}
 
 
@@ -300,23 +301,24 @@ def _format_xml(root: Element) -> bytes:
     return ElementTree.tostring(root, "utf-8", xml_declaration=True) + b"\n"
 
 
+# --- sources, libraries, archives ----------------------------------------------------------------
+
+
 def complete_sources(
     version: Version, model: UnitModel, texts: Mapping[str, str]
 ) -> tuple[str, dict[str, str]]:
     """Return the unit's token, a hash of its description and sources, and all sources with it, by
     name.
 
-    `texts` are the model's own sources; among them `MAIN`, which contains the word `TOKEN`.
+    `texts` are the model's own sources; among them `MAIN`, which contains the word `TOKEN` and
+    includes `interface.c` last.
     """
-    folder = resources.files(__package__)
-    interface = {INTERFACE: version.source, "core.c": "core.c"} if version.source else {}
-    code = dict(texts) | {
-        name: folder.joinpath(file).read_text(encoding="utf-8") for name, file in interface.items()
-    }
-    parts = [
-        *version.describe(model, TOKEN).values(),
-        *(part.encode() for pair in sorted(code.items()) for part in pair),
-    ]
+    code = dict(texts)
+    for name, file in {"interface.c": version.source, "core.c": "core.c"}.items():
+        code[name] = resources.files(__package__).joinpath(file).read_text(encoding="utf-8")
+    parts = [*version.describe(model, TOKEN).values()]
+    for name, text in sorted(code.items()):
+        parts += [name.encode(), text.encode()]
     digest = hashlib.sha256(b"\0".join(parts)).hexdigest()
     token = "-".join((digest[:8], digest[8:12], digest[12:16], digest[16:20], digest[20:32]))
     return token, code | {MAIN: code[MAIN].replace(TOKEN, token)}

@@ -1,10 +1,34 @@
-"""Result of the check of a proof, key by key; importing it loads no numbers."""
+"""Results of proofs and of their checks, key by key; importing them loads no numbers."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Literal
 
 from planter.files.record import Record
+
+
+@dataclass(frozen=True, kw_only=True)
+class GlobalBound(Record):
+    """No design of the box has an objective below `lower_bound`, which is null, with `gap`, if none
+    was reached.
+
+    `kind` is that of this objective: "true", of true extremes and integrals, or "sampled", over
+    `samples` angles, from which nothing follows for true extremes. `objective` is that of the
+    incumbent `design`, the best that is known; `gap` is the difference. `seconds` are those of all
+    cores.
+    """
+
+    kind: Literal["sampled", "true"]
+    samples: int | None
+    design: dict[str, float]
+    objective: float
+    lower_bound: float | None
+    gap: float | None
+    boxes: int
+    seconds: float
+    proved: bool
+    statement: str
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -18,29 +42,15 @@ class ProofCheck(Record):
     """
 
     valid: bool
-    objective: float | None
-    kind: str | None
-    lower_bound: float | None
-    incumbent: float | None
-    gap: float | None
-    boxes: int
-    reason: str | None
+    objective: float | None = None
+    kind: str | None = None
+    lower_bound: float | None = None
+    incumbent: float | None = None
+    gap: float | None = None
+    boxes: int = 0
+    reason: str | None = None
     statement: str | None = None
     compared: list[str] = field(default_factory=list)
-
-    @classmethod
-    def refuse(cls, reason: str) -> ProofCheck:
-        """Return the check of a proof that is refused."""
-        return cls(
-            valid=False,
-            objective=None,
-            kind=None,
-            lower_bound=None,
-            incumbent=None,
-            gap=None,
-            boxes=0,
-            reason=reason,
-        )
 
     def describe(self) -> str:
         """Return a sentence for people."""

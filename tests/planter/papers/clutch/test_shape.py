@@ -1,18 +1,31 @@
-"""Polygon in its hexagon: generated functions against poses placed by hand, closed forms, laws and
-the print.
-"""
+"""Shape of the clutch: polygon in its hexagon against poses placed by hand, closed forms and laws;
+crank, rod and gears; the commands from outside."""
 
+from __future__ import annotations
+
+import json
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
-from planter.errors import GeometryError
-from planter.kernels import formulas
+from planter.errors import ComputationError, GeometryError
+from planter.files import examples
 from planter.papers.clutch import file
-from planter.papers.clutch.geometry import compute_geometry
-from planter.papers.clutch.model import collect_values, load_model
+from planter.papers.clutch.model import (
+    CrankLinkage,
+    collect_values,
+    compute_geometry,
+    evaluate_conditions,
+    find_linkages,
+    load_model,
+    steepest_rod_angle,
+)
 from planter.papers.clutch.rotor import Rotor, body_outline
+from tests.support.cli import below
+from tests.support.tables import read_cycle_csv
 
 SHI = file.load_clutch("shi2021")
 PAIRS = [(5, 6), (3, 4), (5, 4), (7, 6), (7, 8), (9, 10), (7, 12)]
@@ -112,64 +125,6 @@ def test_any_two_vertices_on_any_two_sides(vertices, sides):
         assert np.abs((direction / oval["s_1"]) ** 2 + (across / oval["s_2"]) ** 2 - 1).max() < 1e-9
 
 
-@pytest.mark.parametrize(("vertices", "sides"), [(5, 6), (7, 5), (5, 3)])
-def test_sliding_vertices_touch_the_sides(vertices, sides):
-    """Over their rotations, and no further, both vertices reach as far as the whole body does."""
-    slides = Rotor(vertices, sides).slides()
-    rho = slides.packed(2)[0]
-
-    def reach(r, i):
-        normal = slides.rotor.normals[i * slides.side_step]
-        return rho * np.cos(normal - r - slides.packed(2)[3 + i])
-
-    first, last = slides.rotations
-    for rotation, touches in (
-        (first + 1e-3, True),
-        (last - 1e-3, True),
-        (first - 1e-3, False),
-        (last + 1e-3, False),
-    ):
-        body = slides.rotor.supports(np.array([rotation]))[:, 0]
-        off = max(abs(reach(rotation, i) - body[i * slides.side_step]) for i in (0, 1))
-        assert bool(off < 1e-13) is touches
-
-
-def test_corner_ellipse_agrees_with_general_rotor():
-    """In the hexagon vertices A and B of the clutch slide; C is opposite to both."""
-    slides, ellipse = Rotor(5, 6).slides(), Rotor(5, 6).ellipse
-    opposite = slides.ellipse(3)
-    for key in ("x_E", "y_E", "s_1", "s_2"):
-        assert opposite[key] == pytest.approx(ellipse[key], abs=1e-14)
-    assert slides.rotations[1] - slides.rotations[0] == pytest.approx(ellipse["lead"], abs=1e-15)
-
-
-def test_printed_vertices_leave_their_sides():
-    """(2) with its A1, and the printed turn of axes: B is off its side by half a width."""
-    side = 0.017
-    theta = np.linspace(math.radians(66), math.pi / 2, 25)
-    apothem = side * math.sqrt(3) / 2
-    exact, printed = (
-        load_model(name)("path", theta=theta, a=side) for name in ("exact", "printed")
-    )
-    assert np.abs(exact["Y_B"] - apothem).max() < 1e-14
-    assert np.abs(exact["y_A"] - apothem).max() < 1e-14
-    assert np.abs(printed["y_A"] - apothem).max() < 1e-14
-    assert np.abs(printed["Y_B"] - apothem).min() > 1e-3
-
-
-def test_curvature_where_the_path_meets_the_side_by_differences():
-    rotor = Rotor(5, 6)
-    h = 1e-4
-    path = rotor.path(math.pi / 2 + h * np.arange(-2, 3))
-    x, y = path["x_C"], path["y_C"]
-    first = np.array([1, -8, 0, 8, -1]) / (12 * h)
-    second = np.array([-1, 16, -30, 16, -1]) / (12 * h**2)
-    dx, dy, ddx, ddy = first @ x, first @ y, second @ x, second @ y
-    radius = np.hypot(dx, dy) ** 3 / abs(dx * ddy - dy * ddx)
-    assert radius == pytest.approx(rotor.ellipse["tangency"], rel=1e-6)
-    assert abs(dy) < 1e-10
-
-
 def test_reuleaux_triangle_in_a_square_is_the_textbook_s():
     """Corner arc x = 1 - cos b - sqrt3 sin b, y = 1 - sin b - sqrt3 cos b, area share 2 sqrt3 +
     pi/6 - 3, side 2.
@@ -201,13 +156,6 @@ def test_outline_has_constant_width_and_support_function(vertices):
     assert reached.max() <= rotor.support(psi).max() + 1e-12
 
 
-def test_perimeter_is_pi_times_the_width():
-    """Barbier's theorem, from the radius of curvature over all normals."""
-    psi = (np.arange(20000) + 0.5) * 2 * np.pi / 20000
-    radius = formulas.load("clutch_rotor")("support", psi=psi, shape=Rotor(5, 6).shape())["radius"]
-    assert radius.mean() * 2 * np.pi == pytest.approx(np.pi, abs=1e-12)
-
-
 @pytest.mark.parametrize("vertices", [3, 5, 9])
 def test_harmonics_are_the_fourier_coefficients_of_the_support(vertices):
     rotor = Rotor(vertices, 6)
@@ -221,15 +169,6 @@ def test_harmonics_are_the_fourier_coefficients_of_the_support(vertices):
     assert even.max() < 1e-12
 
 
-def test_harmonics_and_largest_miss_agree():
-    """Three strips miss by three times the sum of the harmonics of order 3 mod 6."""
-    rotor = Rotor(5, 6)
-    rotations = np.linspace(0, 2 * np.pi / 15, 400)
-    bad = [h for h in rotor.harmonics(3000) if not h.rotor]
-    series = 3 * sum(h.amplitude_over_R * np.cos(h.order * (np.pi / 2 - rotations)) for h in bad)
-    assert np.abs(np.abs(rotor.misses(rotations)).max(axis=0) - np.abs(series)).max() < 1e-6
-
-
 @pytest.mark.parametrize(
     ("vertices", "sides", "free"),
     [(3, 4, True), (7, 4, True), (5, 6, False), (3, 6, False), (7, 8, False)],
@@ -241,130 +180,25 @@ def test_odd_polygons_turn_in_squares_and_some_in_others(vertices, sides, free):
     assert (rotor.miss < 1e-12) is free
 
 
-def test_hexagon_overlap_agrees_with_support_function():
-    """The overlap that was derived pose by pose against the support function, which knows no
-    pose.
-    """
-    rotor = Rotor(5, 6)
-    theta = np.linspace(*rotor.passage, 4001)
-    overlap = load_model()("path", theta=theta, a=1 / math.sqrt(3))["e_3"]
-    assert np.abs(overlap).max() == pytest.approx(rotor.miss, rel=1e-6)
-    assert np.abs(overlap[[0, 2000, -1]]).max() < 1e-14
-    assert 2 * rotor.smallest_apothem == pytest.approx(1 + 2 * rotor.miss / 3, rel=1e-12)
-    assert load_model("printed")("path", theta=theta, a=1.0)["e_3"].max() == 0
-
-
-@pytest.mark.parametrize(("vertices", "sides"), PAIRS)
-def test_path_clears_fillets_from_the_limit(vertices, sides):
-    rotor = Rotor(vertices, sides)
-    arc = rotor.path(np.linspace(*rotor.passage, 2001))
-    C = np.array([arc["x_C"], arc["y_C"]])
-    corner = -np.pi / 2 + rotor.turn / 2
-
-    def depth(radius: float) -> float:
-        """How deep the path goes into a polygon with that fillet."""
-        centre = (0.5 - radius) / math.cos(rotor.turn / 2) * unit(corner)
-        off = C - centre[:, None]
-        angle = np.angle(np.exp(1j * (np.arctan2(off[1], off[0]) - corner)))
-        at_fillet = np.abs(angle) <= rotor.turn / 2
-        beyond = np.where(
-            at_fillet,
-            np.hypot(*off) - radius,
-            np.max([unit(corner + s * rotor.turn / 2) @ C - 0.5 for s in (-1, 1)], axis=0),
-        )
-        return float(-beyond.min())
-
-    limit = rotor.ellipse["fillet"]
-    assert depth(limit) < 1e-12
-    assert depth(1.2 * limit) < 1e-12
-    assert depth(0.97 * limit) > 1e-7
-
-
 def test_the_rule_in_print_is_the_wrong_way_round():
     """Fillets below the printed 0.24 R are said to clear; 0.10 R does not, as the derived limit
     says.
     """
-    geometry = compute_geometry(file.load_clutch("shi2021", {"fillet_mm": 2.0}))
-    assert not geometry.conditions[0].holds
-    assert geometry.printed.conditions[0].holds
+    values = collect_values(file.load_clutch("shi2021", {"fillet_mm": 2.0}))
+    assert not evaluate_conditions(values)[0].holds
+    assert evaluate_conditions(values, "printed")[0].holds
 
-
-# --- the result
-# ------------------------------------------------------------------------------------
 
 RESULT = compute_geometry(SHI)
 
 
-CONTRACT = [
-    "R_mm",
-    "a_mm",
-    "b_mm",
-    "A1",
-    "A2",
-    "ellipse",
-    "rotor",
-    "tooth",
-    "travel",
-    "linkage",
-    "ellipse.centre_over_R",
-    "ellipse.semi_axes_over_R",
-    "ellipse.axis_deg",
-    "ellipse.tangency_radius_over_R",
-    "rotor.mismatch_over_R",
-    "rotor.smallest_hexagon_over_R",
-    "rotor.fillet_limit_over_R",
-    "tooth.b1_min_mm",
-    "tooth.b2_min_mm",
-    "tooth.xi_deg",
-    "travel.axial_angle_deg",
-    "travel.printed_mm",
-    "travel.exact_mm",
-    "linkage.axial_angle_deg",
-    "linkage.crank_rotation_deg",
-]
-
-
-@pytest.mark.parametrize("key", CONTRACT)
-def test_keys_of_the_contract(key):
-    table = RESULT.table()
-    for part in key.split("."):
-        table = table[0] if isinstance(table, list) else table
-        table = table[part]
-
-
-def test_printed_numbers_at_printed_precision():
-    assert [round(row.printed_mm, 1) for row in RESULT.travel] == [8.6, 5.7, 4.2]
-    assert round(RESULT.tooth.b1_min_mm, 1) == 10.5
-    assert RESULT.tooth.xi_deg == pytest.approx(144, abs=1e-12)
-    assert RESULT.ellipse.centre_over_R == pytest.approx([-math.sqrt(3) / 6, 0.5], abs=1e-15)
-    assert RESULT.ellipse.axis_deg == pytest.approx(120, abs=1e-12)
-
-
-def test_exact_geometry_and_print_differ():
-    assert (
-        pytest.approx((2 * math.cos(math.radians(24)) - 1) / math.sqrt(3), rel=1e-14) == RESULT.A1
-    )
-    assert (
-        pytest.approx((2 * math.sqrt(3) * math.cos(math.radians(24)) - 1) / 3, rel=1e-14)
-        == RESULT.printed.A1
-    )
+def test_shape_follows_closed_forms():
+    cosine, sine = math.cos(math.radians(24)), math.sin(math.radians(24))
+    assert pytest.approx((2 * cosine - 1) / math.sqrt(3), rel=1e-14) == RESULT.A1
     assert RESULT.ellipse.semi_axes_over_R == pytest.approx([1.1295, 0.4158], abs=5e-5)
-    assert RESULT.ellipse.tangency_radius_over_R == pytest.approx(
-        4 / 3 * math.sin(math.radians(24)) ** 2, rel=1e-13
-    )
-    assert [row.printed_mm / row.exact_mm for row in RESULT.travel] == pytest.approx(
-        [2, 2, 2], rel=1e-12
-    )
-
-
-def test_travel_frees_the_outline_circle():
-    """After the least travel the hexagon's sides, moved out by the taper, touch the body's
-    circle.
-    """
-    values = collect_values(SHI)
-    for row in RESULT.travel:
-        gain = row.exact_mm * 1e-3 * math.tan(math.radians(row.axial_angle_deg))
-        assert math.sqrt(3) / 2 * values["a"] + gain == pytest.approx(RESULT.b_mm * 1e-3, rel=1e-13)
+    assert RESULT.ellipse.tangency_radius_over_R == pytest.approx(4 / 3 * sine**2, rel=1e-13)
+    ratios = [row.printed_mm / row.exact_mm for row in RESULT.travel]
+    assert ratios == pytest.approx([2, 2, 2], rel=1e-12)
 
 
 def test_unreachable_rod_is_named():
@@ -389,3 +223,146 @@ def test_nonexistent_paths_are_refused():
         _ = Rotor(5, 5).ellipse
     with pytest.raises(GeometryError, match="must be less than 6"):
         _ = Rotor(3, 6).ellipse
+
+
+OWN = CrankLinkage(0.015, 0.0471, 0.040)
+
+
+def test_lever_is_the_derivative_of_the_way_and_keeps_the_work():
+    shift, h = np.linspace(0.0003, 0.004, 20), 1e-7
+    angle = lambda s: OWN.evaluate(s)["crank_angle"]  # noqa: E731
+    slope = (angle(shift - h) - angle(shift + h)) / (2 * h)
+    lever = OWN.evaluate(shift)["lever"]
+    assert lever == pytest.approx(1 / slope, rel=1e-7)
+    way = np.linspace(0, 0.0042, 2001)
+    tooth = load_model()("push", shift=way, crank=OWN.packed, F1=60.0, r_A=0.014)["tooth_force"]
+    turned = OWN.evaluate(way)["crank_angle"]
+    assert -np.trapezoid(tooth * 0.014, turned) == pytest.approx(60 * 0.0042, rel=1e-6)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_rod_length_gives_the_required_travel(seed):
+    random = np.random.default_rng(seed)
+    crank, distance, travel = random.uniform([0.012, 0.035, 0.002], [0.018, 0.045, 0.007])
+    rotation = travel / crank * random.uniform(1.02, 1.3)
+    linkages = find_linkages(crank, distance, travel, rotation)
+    for linkage in linkages:
+        assert linkage.rotation(travel) == pytest.approx(rotation, abs=1e-12)
+    assert [steepest_rod_angle(linkage, travel) for linkage in linkages] == sorted(
+        steepest_rod_angle(linkage, travel) for linkage in linkages
+    )
+    low, high = distance + travel - crank + 1e-6, distance + crank - 1e-6
+    grid = np.linspace(low, high, 400)
+    off = [CrankLinkage(crank, rod, distance).rotation(travel) - rotation for rod in grid]
+    roots = [
+        brentq(
+            lambda rod: CrankLinkage(crank, rod, distance).rotation(travel) - rotation,
+            a,
+            b,
+            xtol=1e-15,
+        )
+        for a, b, left, right in zip(grid, grid[1:], off, off[1:], strict=False)
+        if left * right < 0
+    ]
+    assert sorted(linkage.rod for linkage in linkages) == pytest.approx(sorted(roots), abs=1e-11)
+
+
+def test_too_much_to_ask_of_a_crank():
+    with pytest.raises(ComputationError, match="a crank of 15 mm makes at most"):
+        find_linkages(0.015, 0.040, 0.0042, 0.1)
+    with pytest.raises(GeometryError, match=r"here = 10: it must be between 29.2 and 55"):
+        CrankLinkage(0.015, 0.010, 0.040).check(0.0042, "here")
+    with pytest.raises(
+        GeometryError, match="no rod reaches over the travel of 31 mm, the crank must be longer"
+    ):
+        OWN.check(0.031, "here")
+
+
+def test_drive_undoes_the_gears():
+    values = collect_values(file.load_clutch("shi2021"))
+    drive = load_model().at(
+        "drive",
+        k=values["k"],
+        span=values["r_A"] + values["r_D"],
+        gamma=values["gamma"],
+        theta_Amax=0.3,
+    )
+    assert drive["r_A"] == pytest.approx(0.014, rel=1e-14)
+    assert drive["r_D"] == pytest.approx(0.046, rel=1e-14)
+    back = load_model().at("gears", alpha=drive["alpha_max"], k=values["k"], gamma=values["gamma"])[
+        "theta_AR"
+    ]
+    assert back == pytest.approx(0.3, rel=1e-13)
+
+
+run, answer, refusal = below("clutch")
+
+
+def tampered(folder: Path, old: str, new: str) -> str:
+    text = examples.example("shi2021")
+    assert text.count(old) == 1
+    path = folder / "my.toml"
+    path.write_text(text.replace(old, new), encoding="utf-8")
+    return str(path)
+
+
+@pytest.mark.usefixtures("blank_figures")
+def test_geometry_files_are_consistent(tmp_path):
+    assert run("geometry", "shi2021", "--out", str(tmp_path))[0] == 0
+    summary = json.loads((tmp_path / "summary.json").read_text())
+    _, columns = read_cycle_csv(tmp_path / "poses.csv")
+    assert abs(columns["y_A_mm"] - summary["R_mm"] / 2).max() < 1e-12
+    assert abs(columns["overlap_mm"]).max() / summary["R_mm"] == pytest.approx(
+        summary["rotor"]["mismatch_over_R"], rel=1e-3
+    )
+    assert "no clearance" in (tmp_path / "report.html").read_text()
+
+
+@pytest.mark.usefixtures("blank_figures")
+def test_optimisation_is_within_limits(tmp_path):
+    assert run("optimise", "shi2021", "--starts", "2", "--out", str(tmp_path))[0] == 0
+    _, columns = read_cycle_csv(tmp_path / "way.csv")
+    limits = SHI.limits
+    assert columns["tooth_force_N"].max() <= limits.tooth_force_N * (1 + 2e-6)
+    assert columns["rod_angle_deg"].max() <= limits.rod_angle_deg
+
+
+@pytest.mark.usefixtures("blank_figures")
+def test_infeasible_design_exits_1_and_writes_result(tmp_path):
+    code, out, err = run("design", "shi2021", "--radius-mm", "12", "--json", "--out", str(tmp_path))
+    assert code == 1
+    assert json.loads(out)["error"]["name"] == "ComputationError"
+    assert "no clutch fits: corners of the hexagonal hole within the space fails by" in err
+    assert json.loads((tmp_path / "summary.json").read_text())["feasible"] is False
+
+
+@pytest.mark.usefixtures("blank_figures")
+def test_rotors_in_general(tmp_path):
+    result = answer("rotor", "--vertices", "3", "--sides", "4")
+    assert result["exact"] is True
+    assert result["smallest_over_R"] == pytest.approx(1, abs=1e-12)
+    pentagon, geometry = answer("rotor"), answer("geometry", "shi2021")
+    for key in ("centre_over_R", "semi_axes_over_R", "axis_deg", "tangency_radius_over_R"):
+        assert pentagon["ellipse"][key] == pytest.approx(geometry["ellipse"][key], rel=1e-12)
+    assert (
+        answer("rotor", "--vertices", "5", "--sides", "3", "--out", str(tmp_path))["ellipse"]
+        is None
+    )
+    assert "vertices_apart" in (tmp_path / "report.html").read_text()
+    assert "vertices = 4: must be odd" in refusal("rotor", "--vertices", "4")
+
+
+REFUSED = [
+    ("fillet_mm = 4.8\n", "fillet_mm = 12\n", "shaft.fillet_mm = 12.0: it must be less than half"),
+    ("[42.0, 44.8, 47.1]", "[42.0]", "levels.rods_mm = [42.0]: it must have a rod"),
+    ("lift_limit_deg = 10 ", "lift_limit_deg = 5 ", "wanted.lift_limit_deg = 5.0: it must be gr"),
+    ("[0.25, 0.55]", "[0.6, 0.5]", "search.ratio_bounds = [0.6, 0.5]: it"),
+    ('\ntravel_mm = "paper', '\ntravel_mm = "guess', 'origin.travel_mm = "guess (4.2)": it must s'),
+]
+
+
+@pytest.mark.parametrize(("old", "new", "sentence"), REFUSED)
+def test_invalid_clutch_files_exit_with_single_line(tmp_path, old, new, sentence):
+    path = tampered(tmp_path, old, new)
+    for command in ("geometry", "design", "optimise"):
+        assert refusal(command, path).startswith(f"planter: {path}: {sentence}")

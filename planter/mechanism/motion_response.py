@@ -1,0 +1,462 @@
+"""Quantities of a mechanism that moves freely over its time, with exact derivatives in the design.
+
+The states follow from an integration, and their derivatives S in the design from the variational
+equations along it,
+
+    S' = A S + F,    A = df/dx,  F = df/dp,
+
+by Gauss collocation on the integrator's steps. Where another law begins, at the time t(x, p) at
+which an event e vanishes, S jumps by (f- - f+) dt/dp, with dt/dp = -(e_x S + e_p) / (e_t + e_x f-)
+(saltation: Leine and Nijmeijer, Dynamics and Bifurcations of Non-Smooth Mechanical Systems, 2004,
+chapter 7).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cached_property
+from typing import Any
+
+import casadi as ca
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from planter.engine.response import DesignPoint, MachineResponse
+from planter.errors import ComputationError
+from planter.kernels import Array, Integers, Kernel
+from planter.mechanism.dynamics import Dynamics, MotionStep
+from planter.mechanism.file import MechanismFile
+from planter.mechanism.input_history import InputHistory
+from planter.mechanism.state_space.model import DynamicsModel
+
+TOLERANCE = 1e-10
+"""Relative tolerance of the integrator."""
+STAGES = 8
+"""Nodes of the collocation in a step: its polynomial is as exact as the integrator's."""
+DIFFERENCE = 1e-5
+"""Step of the differences that second derivatives are, in parts of a value's range and of a turn."""
+START_STEP = 1e-4
+"""Step of the differences by which a start on constraints follows the design, in parts of it."""
+AGREEMENT = 1e-6
+"""Accelerations of the model and of the integration agree to this share: else a normal force that
+friction follows from has changed its sign, or the constraints are others than at the start.
+"""
+KEPT = 32
+"""Motions that are kept: those of a design and of its neighbours, by which second derivatives
+follow.
+"""
+
+
+class Motions:
+    """The motions of a mechanism from its start to a time [s], each computed once."""
+
+    def __init__(self, file: MechanismFile, span: float) -> None:
+        data = file.data()
+        history = InputHistory(values={i: data[i : i + 1] for i in range(len(data))})
+        self.dynamics = Dynamics(file, history)
+        self.model, self.span = DynamicsModel(Dynamics(file)), span
+        names = [entry["name"] for entry in file.entries]
+        self.inputs = [names.index(variable.name) for variable in self.model.inputs]
+        self.parameters = [names.index(variable.name) for variable in self.model.parameters]
+        self._kept: dict[bytes, SensitiveMotion] = {}
+
+    def find(self, d: Array, moved: tuple[int, ...]) -> SensitiveMotion:
+        """Return the motion at values d (v,) with its derivatives in those that are moved."""
+        key = d.tobytes() + bytes(str(moved), "ascii")
+        if key not in self._kept:
+            if len(self._kept) >= KEPT:
+                del self._kept[next(iter(self._kept))]
+            self._kept[key] = SensitiveMotion(self, d, moved)
+        return self._kept[key]
+
+    def split(self, d: Any) -> tuple[Any, Any]:
+        """Return the inputs u and the parameters p of values d (v,)."""
+        return d[self.inputs], d[self.parameters]
+
+    @cached_property
+    def slopes_kernel(self) -> Kernel:
+        """(t, x, d) -> A (2k 2k,), F (2k v,) by all values, column by column, and x' (2k,)."""
+        t, x, d = self._symbols
+        u, p = self.split(d)
+        a, b, f = self.model.f_jacobian(t, x, u, p)
+        by_values = ca.SX(x.numel(), d.numel())
+        by_values[:, self.inputs], by_values[:, self.parameters] = b, f
+        outputs = [a, by_values, self.model.f(t, x, u, p)[0]]
+        outputs = ca.cse([ca.densify(ca.vec(part)) for part in outputs])
+        function = ca.Function(
+            "motion_slopes", [t, x, d], outputs, ["t", "x", "d"], ["a", "f", "x_dot"]
+        )
+        return Kernel(function, ["t", "x"])
+
+    @cached_property
+    def rates_kernel(self) -> Kernel:
+        """(t, x, d) -> x' (2k,)."""
+        t, x, d = self._symbols
+        rates = self.model.f(t, x, *self.split(d))[0]
+        return Kernel(
+            ca.Function("motion_rates", [t, x, d], [ca.densify(rates)], ["t", "x", "d"], ["x_dot"]),
+            ["t", "x"],
+        )
+
+    @cached_property
+    def events_slopes(self) -> ca.Function:
+        """(t, x, d) -> slopes (e, 1 + 2k + v) of the events in these."""
+        t, x, d = self._symbols
+        values = self.dynamics.formulas.function("events")
+        symbols = {"time": t, "state": x, "data": d}
+        events = values(*(symbols[name] for name in values.name_in()))
+        slopes = ca.densify(ca.jacobian(events, ca.vertcat(t, x, d)))
+        return ca.Function("events_slopes", [t, x, d], [slopes])
+
+    @cached_property
+    def constraint_slopes(self) -> ca.Function:
+        """(t, x, d) -> slopes (c, 2k + v) of gaps and speeds that the constraints keep zero."""
+        t, x, d = self._symbols
+        u, p = self.split(d)
+        values = self.model.constraint_values(t, x, u, p)
+        return ca.Function(
+            "constraints", [t, x, d], [ca.densify(ca.jacobian(values, ca.vertcat(x, d)))]
+        )
+
+    @cached_property
+    def start_slopes(self) -> ca.Function:
+        """(d) -> slopes (2k, v) of the stated start."""
+        d = self._symbols[2]
+        start = self.dynamics.formulas.function("start")(d)
+        return ca.Function("start_slopes", [d], [ca.densify(ca.jacobian(start, d))])
+
+    @cached_property
+    def _symbols(self) -> tuple[ca.SX, ca.SX, ca.SX]:
+        sizes = {"x": 2 * self.dynamics.size, "d": len(self.dynamics.data)}
+        return ca.SX.sym("t"), ca.SX.sym("x", sizes["x"]), ca.SX.sym("d", sizes["d"])
+
+
+class SensitiveMotion:
+    """A motion at values d (v,): states (2k,) and their derivatives (2k, p) in moved values, at
+    times (n,) [s].
+
+    Raises ComputationError as `Dynamics.integrate`, and where the model of the derivatives is not
+    that of the motion.
+    """
+
+    def __init__(self, motions: Motions, d: Array, moved: tuple[int, ...]) -> None:
+        self.motions, self.d, self.moved = motions, d, list(moved)
+        self.dynamics = motions.dynamics.with_data(d)
+        self.steps: list[MotionStep] = []
+        with threadpool_limits(1, "blas"):
+            start = self.dynamics.find_start()
+            times = np.array([0.0, motions.span])
+            self.dynamics.integrate(times, TOLERANCE, start, steps=self.steps)
+        self.starts = np.array([step.start for step in self.steps])
+        changes = [bool(step.crossed) for step in self.steps]
+        self.arcs = np.concatenate([[0], np.cumsum(changes[:-1])]).astype(np.int64)
+
+    def place(self, times: Array, arcs: Integers | None = None) -> Integers:
+        """Return the steps (n,) in which times lie, those of given arcs between events if any are
+        given.
+        """
+        steps = np.clip(
+            np.searchsorted(self.starts, times, side="right") - 1, 0, len(self.steps) - 1
+        )
+        if arcs is None:
+            return steps
+        first = np.searchsorted(self.arcs, arcs, side="left")
+        last = np.searchsorted(self.arcs, arcs, side="right") - 1
+        return np.clip(steps, np.minimum(first, len(self.steps) - 1), np.maximum(last, 0))
+
+    def states(self, times: Array, steps: Integers) -> Array:
+        """Return states (2k, n) at times in given steps."""
+        states = np.empty((2 * self.dynamics.size, len(times)))
+        for index in np.unique(steps):
+            chosen = steps == index
+            states[:, chosen] = self.steps[index].states(times[chosen])
+        return states
+
+    def slopes(self, times: Array, steps: Integers) -> Array:
+        """Return the derivatives (n, 2k, p) of the states in the moved values."""
+        begun, stages = self._collocated
+        lengths = np.array([step.end - step.start for step in self.steps])[steps]
+        weights = integrate_basis((times - self.starts[steps]) / lengths) * lengths[:, None]
+        return begun[steps] + np.einsum("ns,nskp->nkp", weights, stages[steps])
+
+    @cached_property
+    def _collocated(self) -> tuple[Array, Array]:
+        """Derivatives at the beginnings of steps (s, 2k, p), and their rates at the nodes of each
+        (s, STAGES, 2k, p).
+        """
+        size, count = 2 * self.dynamics.size, len(self.steps)
+        lengths = np.array([step.end - step.start for step in self.steps])
+        times = (self.starts[:, None] + lengths[:, None] * NODES).ravel()
+        states = np.concatenate(
+            [step.states(step.start + (step.end - step.start) * NODES) for step in self.steps],
+            axis=1,
+        )
+        parts = self.motions.slopes_kernel(t=times, x=states, d=self.d)
+        a = parts["a"].T.reshape(count, STAGES, size, size).transpose(0, 1, 3, 2)
+        by_values = parts["f"].T.reshape(count, STAGES, len(self.d), size)
+        f = by_values[:, :, self.moved].transpose(0, 1, 3, 2)
+        self._check(times[::STAGES], states[:, ::STAGES], parts["x_dot"][:, ::STAGES])
+        begun, stages = [], []
+        slopes = self._find_start_slopes()
+        for step, a_nodes, f_nodes, length in zip(self.steps, a, f, lengths, strict=True):
+            begun.append(slopes)
+            system = np.eye(STAGES * size)
+            blocks = length * INTEGRALS[:, :, None, None] * a_nodes
+            system -= blocks.transpose(0, 2, 1, 3).reshape(STAGES * size, STAGES * size)
+            inside = np.tile(slopes, (STAGES, 1, 1)) + length * np.einsum(
+                "ij,jkp->ikp", INTEGRALS, f_nodes
+            )
+            solved = np.linalg.solve(system, inside.reshape(STAGES * size, -1))
+            rates = a_nodes @ solved.reshape(STAGES, size, -1) + f_nodes
+            stages.append(rates)
+            slopes = slopes + length * np.einsum("j,jkp->kp", WEIGHTS, rates)
+            slopes = self._jump(step, slopes)
+            slopes = self._project(step, slopes)
+        return np.array(begun), np.array(stages)
+
+    def _check(self, times: Array, states: Array, rates: Array) -> None:
+        """Raise ComputationError where rates (2k, n) of the model are not those of the motion."""
+        size = self.dynamics.size
+        for time, state, modelled in zip(times, states.T, rates[size:].T, strict=True):
+            moved = self.dynamics.accelerations(time, state)[0]
+            if np.abs(moved - modelled).max() > AGREEMENT * (1.0 + np.abs(moved).max()):
+                raise ComputationError(
+                    f"{self.dynamics.file.name}: at {time:.6g} s a normal force of friction changes "
+                    f"its sign, or the constraints change their rank: there is no derivative"
+                )
+
+    def _find_start_slopes(self) -> Array:
+        """Return the derivatives (2k, p) of the start."""
+        dynamics = self.dynamics
+        if not dynamics.constraints and "start_gaps" not in dynamics.formulas.sidecar["functions"]:
+            slopes: Array = np.array(self.motions.start_slopes(self.d))[:, self.moved]
+            return slopes
+        columns = []
+        for index in self.moved:
+            step = START_STEP * (abs(self.d[index]) or 1.0)
+
+            def move(share: float, index: int = index, step: float = step) -> Array:
+                d = self.d.copy()
+                d[index] += share * step
+                return self.motions.dynamics.with_data(d).find_start()
+
+            near, far = (move(share) - move(-share) for share in (1.0, 2.0))
+            columns.append((8 * near - far) / (12 * step))
+        return np.array(columns).reshape(len(columns), -1).T
+
+    def _jump(self, step: MotionStep, slopes: Array) -> Array:
+        """Return the derivatives (2k, p) after the events at the end of a step."""
+        names = self.dynamics.event_names
+        for passage in step.crossed:
+            beside = 4 * abs(step.end - passage.time) + 1e-12 * self.motions.span
+            times = passage.time + np.array([-beside, beside])
+            before, after = step.states(times).T
+            rates = [
+                np.concatenate(
+                    [state[self.dynamics.size :], self.dynamics.accelerations(time, state)[0]]
+                )
+                for time, state in zip(times, (before, after), strict=True)
+            ]
+            by_all = np.array(self.motions.events_slopes(passage.time, before, self.d))
+            row = by_all[names.index(passage.event)]
+            by_state, by_values = row[1 : 1 + len(before)], row[1 + len(before) :][self.moved]
+            rise = row[0] + by_state @ rates[0]
+            moved = -(by_state @ slopes + by_values) / rise
+            slopes = slopes + np.outer(rates[0] - rates[1], moved)
+        return slopes
+
+    def _project(self, step: MotionStep, slopes: Array) -> Array:
+        """Return the derivatives (2k, p) on the constraints at the end of a step."""
+        if not self.dynamics.constraints:
+            return slopes
+        state = step.states(np.array([step.end]))[:, 0]
+        by_all = np.array(self.motions.constraint_slopes(step.end, state, self.d))
+        by_state, by_values = by_all[:, : len(state)], by_all[:, len(state) :][:, self.moved]
+        off = by_state @ slopes + by_values
+        return np.asarray(slopes - np.linalg.lstsq(by_state, off, rcond=None)[0])
+
+
+def _build_basis() -> tuple[Array, Array, Array]:
+    """Return nodes (s,) and weights (s,) of Gauss-Legendre in [0, 1], and the coefficients (s, s) of
+    the Lagrange polynomials by powers.
+    """
+    nodes, weights = np.polynomial.legendre.leggauss(STAGES)
+    nodes = (nodes + 1) / 2
+    powers = np.linalg.inv(np.vander(nodes, increasing=True))
+    return nodes, weights / 2, powers
+
+
+NODES, WEIGHTS, _POWERS = _build_basis()
+
+
+def integrate_basis(shares: Array) -> Array:
+    """Return the integrals (n, s) of the Lagrange polynomials of the nodes from 0 to shares (n,)."""
+    orders = np.arange(1, STAGES + 1)
+    integrals: Array = (shares[:, None] ** orders / orders) @ _POWERS
+    return integrals
+
+
+INTEGRALS = integrate_basis(NODES)
+
+
+class MotionResponse(MachineResponse):
+    """Quantities of a machine that moves freely, at angles phi (n,) of which a turn is its span of
+    time.
+    """
+
+    @cached_property
+    def motions(self) -> Motions:
+        """The motions, which all responses of a machine share."""
+        assert self.machine.motion is not None
+        motions: Motions = self.machine.motion.motions
+        return motions
+
+    @property
+    def _pace(self) -> float:
+        """Time [s] for each radian."""
+        return self.motions.span / self.machine.turn
+
+    def values(self, point: DesignPoint, phi: Array) -> Array:
+        """Return the quantities (m, n). Raises ComputationError as the motion does."""
+        return self._evaluate_at(self.values_kernel, point, phi)[0]["rows"]
+
+    def slopes(self, point: DesignPoint, phi: Array, is_loose: bool = False) -> tuple[Array, Array]:
+        """Return the quantities (m, n) and their Jacobian (m, n, 1 + p) in (phi, x)."""
+        return self._slopes(point, phi, is_loose=is_loose)
+
+    def derivatives(
+        self, point: DesignPoint, phi: Array, is_loose: bool = False
+    ) -> tuple[Array, Array]:
+        """Return the quantities and their derivatives in phi, (m, n) each."""
+        rows, by_phi, by_state, _, motion, times, steps = self._differentiate(point, phi, is_loose)
+        rates = self._rates(motion, times, motion.states(times, steps))
+        return rows, by_phi + np.einsum("mkn,kn->mn", by_state, rates)
+
+    def rates(self, point: DesignPoint, phi: Array, is_loose: bool = False) -> tuple[Array, Array]:
+        """Return the first two derivatives of the quantities in phi, (m, n) each."""
+        step = DIFFERENCE
+        phi = np.clip(phi, step, self.machine.turn - step)
+        first = self.derivatives(point, phi, is_loose)[1]
+        before, after = (self.derivatives(point, phi + s, is_loose)[1] for s in (-step, step))
+        return first, (after - before) / (2 * step)
+
+    def curvatures(self, point: DesignPoint, phi: Array, weights: Array) -> Array:
+        """Return the sum over quantities of weights (m, n) times Hessians in (phi, x), (n, 1 + p, 1
+        + p), by differences of exact slopes.
+        """
+        machine, size = self.machine, 1 + len(self.machine.moved)
+        base = self._slopes(point, phi)[1]
+        arcs = self._arcs(point, phi)
+        hessians = np.zeros((len(phi), size, size))
+        inner = np.clip(phi, DIFFERENCE, machine.turn - DIFFERENCE)
+        before, after = (self._slopes(point, inner + s, arcs)[1] for s in (-DIFFERENCE, DIFFERENCE))
+        hessians[:, 0] = np.einsum("mn,mnp->np", weights, after - before) / (2 * DIFFERENCE)
+        widths = np.nan_to_num(machine.upper - machine.lower, nan=0.0)
+        for column, index in enumerate(machine.moved):
+            step = DIFFERENCE * (widths[column] or abs(point.d[index]) or 1.0)
+            d = point.d.copy()
+            d[index] += step
+            change = self._slopes(self.at_data(d), phi, arcs)[1] - base
+            hessians[:, 1 + column] = np.einsum("mn,mnp->np", weights, change) / step
+        hessians[:, 1:, 0] = hessians[:, 0, 1:]
+        symmetric: Array = (hessians + hessians.transpose(0, 2, 1)) / 2
+        return symmetric
+
+    def curvature(self, point: DesignPoint, phi: Array, weights: Array) -> Array:
+        """Return the sum of these over the angles, (1 + p, 1 + p)."""
+        return np.asarray(self.curvatures(point, phi, weights).sum(axis=0))
+
+    def curvature_along(
+        self, point: DesignPoint, phi: Array, weights: Array, angle_slopes: Array
+    ) -> Array:
+        """Return that sum in the design alone, (p, p), of angles with slopes (n, p)."""
+        hessians = self.curvatures(point, phi, weights)
+        mixed = hessians[:, 1:, 0].T @ angle_slopes
+        level = angle_slopes.T @ (hessians[:, 0, :1] * angle_slopes)
+        total: Array = hessians[:, 1:, 1:].sum(axis=0) + mixed + mixed.T + level
+        return total
+
+    def compile(self) -> None:
+        """Compile the values and their slopes."""
+        for kernel in (self.values_kernel, self.state_slopes_kernel, self.motions.slopes_kernel):
+            kernel.compile()
+
+    def _arcs(self, point: DesignPoint, phi: Array) -> Integers:
+        motion = self.motions.find(point.d, self.machine.moved)
+        return motion.arcs[motion.place(self._times(phi))]
+
+    def _times(self, phi: Array) -> Array:
+        return np.clip(np.asarray(phi, dtype=float) * self._pace, 0.0, self.motions.span)
+
+    def _slopes(
+        self, point: DesignPoint, phi: Array, arcs: Integers | None = None, is_loose: bool = False
+    ) -> tuple[Array, Array]:
+        rows, by_phi, by_state, by_design, motion, times, steps = self._differentiate(
+            point, phi, is_loose, arcs
+        )
+        rates = self._rates(motion, times, motion.states(times, steps))
+        first = by_phi + np.einsum("mkn,kn->mn", by_state, rates)
+        along = by_design + np.einsum("mkn,nkp->mpn", by_state, motion.slopes(times, steps))
+        return rows, np.concatenate([first[:, :, None], along.transpose(0, 2, 1)], axis=2)
+
+    def _rates(self, motion: SensitiveMotion, times: Array, states: Array) -> Array:
+        """Return the derivatives (2k, n) of states in phi."""
+        rates: Array = self.motions.rates_kernel(t=times, x=states, d=motion.d)["x_dot"]
+        return rates * self._pace
+
+    def _differentiate(
+        self, point: DesignPoint, phi: Array, is_loose: bool, arcs: Integers | None = None
+    ) -> tuple[Array, Array, Array, Array, SensitiveMotion, Array, Integers]:
+        """Return the quantities (m, n), their partial derivatives by phi (m, n), states (m, 2k, n)
+        and moved values (m, p, n), the motion, and the times (n,) in its steps (n,).
+        """
+        result, motion, times, steps = self._evaluate_at(
+            self.state_slopes_kernel, point, phi, is_loose, arcs
+        )
+        states = self.machine.states
+        shape = len(self.quantities), 1 + states + len(self.machine.moved), len(times)
+        slopes = result["slopes"].reshape(shape)
+        by_phi, by_state, by_design = np.split(slopes, [1, 1 + states], axis=1)
+        return result["rows"], by_phi[:, 0], by_state, by_design, motion, times, steps
+
+    def _evaluate_at(
+        self,
+        kernel: Kernel,
+        point: DesignPoint,
+        phi: Array,
+        is_loose: bool = False,
+        arcs: Integers | None = None,
+    ) -> tuple[dict[str, Array], SensitiveMotion, Array, Integers]:
+        motion = self.motions.find(point.d, self.machine.moved)
+        times = self._times(phi)
+        steps = motion.place(times, arcs)
+        call: Callable[..., Any] = (
+            (lambda **inputs: kernel.masked(**inputs)[0]) if is_loose else kernel
+        )
+        states = motion.states(times, steps)
+        result = call(phi=times / self._pace, d=point.d, h=point.h, q=states)
+        return result, motion, times, steps
+
+    @cached_property
+    def values_kernel(self) -> Kernel:
+        """(phi, d, h, q) -> rows (m,)."""
+        return Kernel(self.values_function, ["phi", "q"])
+
+    @cached_property
+    def state_slopes_kernel(self) -> Kernel:
+        """(phi, d, h, q) -> rows (m,) and their slopes (m (1 + 2k + p),) by phi, q and moved values,
+        quantity by quantity.
+        """
+        phi, d, h, q = self.machine.symbols
+        jacobian = ca.jacobian(self._graph, ca.vertcat(phi, q, d))
+        first = 1 + q.numel()
+        columns = [*range(first), *(first + index for index in self.machine.moved)]
+        slopes = ca.densify(ca.vec(jacobian[:, columns].T))
+        function = ca.Function(
+            "state_slopes",
+            [phi, d, h, q],
+            ca.cse([self._graph, slopes]),
+            ["phi", "d", "h", "q"],
+            ["rows", "slopes"],
+        )
+        return Kernel(function, ["phi", "q"])

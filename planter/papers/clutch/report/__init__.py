@@ -1,1 +1,0 @@
-"""Page, figures and files of a clutch's results."""

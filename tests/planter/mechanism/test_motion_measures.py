@@ -1,0 +1,201 @@
+"""Measures of a free motion over its time: against closed forms and differences, through contacts
+and on closed loops; searches on them.
+"""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize_scalar
+
+from planter import errors
+from planter.engine.goal import Goal
+from planter.engine.machine import Machine
+from planter.kernels import Array
+from planter.mechanism.machines import build_free_machine
+from planter.mechanism.motion_response import MotionResponse
+from planter.mechanism.optimisation import StatedGoal
+from tests.planter.mechanism.state_space.statements import CRANKS, RUBBING
+from tests.support import own
+from tests.support.cli import answer, refusal
+
+OSCILLATOR = r'''
+from derive import Mechanism, quantities
+
+q = quantities("""
+    m_b | kg    | mass    | 0.5
+    k   | N/m   | spring  | 40
+    c   | N s/m | damper  | 0.8
+    x_0 | m     | start   | 0.1
+""")
+m = Mechanism("own", q)
+x = m.coordinate("x", "m", "place")
+P = m.point("P", m.O, m.world, x)
+block = m.body("block", m.world, q.m_b, P)
+m.slide("rail", block, m.ground, P)
+m.force("spring", block, P, m.vector(m.world, -q.k * x - q.c * m.rate(x), 0))
+m.begin({x: q.x_0})
+SYSTEM = m.system()
+'''
+BALL = r'''
+from sympy import Piecewise
+from derive import Mechanism, quantities
+
+q = quantities("""
+    g   | m/s2 | free fall         | 9.81
+    m_b | kg   | ball              | 0.5
+    k   | N/m  | ground            | 4000
+    F   | N    | push in contact   | 3
+    y_0 | m    | height            | 0.2
+""")
+m = Mechanism("own", q, gravity=q.g)
+y = m.coordinate("y", "m", "height")
+P = m.point("P", m.O, m.world, 0, y)
+ball = m.body("ball", m.world, q.m_b, P)
+m.slide("rail", ball, m.ground, P, along=m.vector(m.world, 0, 1))
+N = m.name_("N_c", "N", "force of the ground", Piecewise((0, y > 0), (q.F - q.k * y, True)))
+m.force("ground", ball, P, m.vector(m.world, 0, N))
+m.begin({y: q.y_0})
+SYSTEM = m.system()
+'''
+
+
+def free_machine(text: str, moved: str) -> Machine:
+    """The machine of a statement that moves freely; all values of these names may move by half."""
+    machine = build_free_machine(own.file(text, "own"))
+    bounds = {
+        value.path: (0.5 * number / value.factor, 2.0 * number / value.factor)
+        for value, number in zip(machine.values, machine.data, strict=True)
+        if value.name in moved.split()
+    }
+    return machine.with_moved(bounds)
+
+
+def build_goal(machine: Machine, text: str) -> Goal:
+    stated = StatedGoal.read(machine, text)
+    return Goal(stated.machine, stated.objective)
+
+
+def differentiate(goal: Goal, x: Array) -> Array:
+    """The gradient by differences of fourth order."""
+    columns = []
+    for step in np.diag(2e-4 * x):
+        near, far = (
+            goal.evaluate(x + share * step) - goal.evaluate(x - share * step) for share in (1, 2)
+        )
+        columns.append((8 * near - far) / (12 * step.sum()))
+    return np.array(columns)
+
+
+def oscillate(m: float, k: float, c: float, x_0: float, t: Array) -> Array:
+    decay, omega = c / (2 * m), np.sqrt(k / m - (c / (2 * m)) ** 2)
+    return x_0 * np.exp(-decay * t) * (np.cos(omega * t) + decay / omega * np.sin(omega * t))
+
+
+def test_measures_are_those_of_the_closed_form() -> None:
+    machine = free_machine(OSCILLATOR, "k c x_0")
+    times = np.linspace(0.0, 2.0, 200_001)
+    x = 1e3 * oscillate(0.5, 40.0, 0.8, 0.1, times)
+    inside = (times >= 0.2) & (times <= 1.0)
+    expected = {
+        "x at 1 s": x[100_000],
+        "max x over 0..2 s": 100.0,
+        "min x over 0.2..1 s": x[inside].min(),
+        "rms x over 0..2 s": np.sqrt(np.trapezoid(x**2, times) / 2),
+        "mean x over 0.2..1 s": np.trapezoid(x[inside], times[inside]) / 0.8,
+    }
+    for text, value in expected.items():
+        goal = build_goal(machine, f"-{text}" if text.startswith("min") else text)
+        found = goal.evaluate(machine.design)
+        assert abs(found) == pytest.approx(abs(value), rel=1e-8, abs=1e-9), text
+
+
+@pytest.mark.parametrize(
+    ("text", "moved", "measure"),
+    [
+        (OSCILLATOR, "m_b k c x_0", "-min x over 0.2..1 s + rms x over 0..2 s"),
+        (BALL, "m_b k F y_0", "max N_c over 0..0.9 s"),
+        (BALL, "g k F y_0", "y at 0.7 s"),
+        (CRANKS, "g r w J m_b T", "a0 at 0.3 s + max kinetic over 0..0.5 s"),
+        (RUBBING, "m_r M mu", "s at 0.3 s"),
+    ],
+    ids=["oscillator", "contact force", "after contacts", "closed loops", "friction"],
+)
+def test_gradients_are_those_of_differences(text: str, moved: str, measure: str) -> None:
+    goal = build_goal(free_machine(text, moved), measure)
+    x = goal.machine.design
+    expected = differentiate(goal, x)
+    assert goal.slope(x) == pytest.approx(expected, rel=1e-6, abs=1e-6 * np.abs(expected).max())
+
+
+def test_second_derivatives_are_those_of_differences_of_slopes() -> None:
+    machine = free_machine(OSCILLATOR, "k c x_0")
+    assert machine.motion is not None
+    response, x = MotionResponse(machine, ["x"]), machine.design
+    phi = np.array([0.7, 2.9])
+    hessians = response.curvatures(response.at(x), phi, np.ones((1, 2)))
+    for column, step in enumerate(np.diag(1e-3 * x)):
+        near, far = (response.slopes(response.at(x + s * step), phi)[1][0] for s in (1, -1))
+        expected = (near - far) / (2 * step.sum())
+        scale = np.abs(expected).max()
+        assert hessians[:, 1 + column] == pytest.approx(expected, rel=1e-3, abs=1e-3 * scale)
+
+
+def test_without_the_jump_at_a_contact_the_gradient_is_wrong(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The tampered case: slopes that pass the events as if nothing happened."""
+    from planter.mechanism.motion_response import SensitiveMotion
+
+    monkeypatch.setattr(SensitiveMotion, "_jump", lambda self, step, slopes: slopes)
+    goal = build_goal(free_machine(BALL, "F y_0"), "y at 0.7 s")
+    x = goal.machine.design
+    assert np.abs(goal.slope(x) / differentiate(goal, x) - 1).max() > 1e-3
+
+
+def test_a_pose_in_which_constraints_change_their_rank_is_told_with_its_time() -> None:
+    goal = build_goal(free_machine(CRANKS, "r T"), "a0 at 0.8 s")
+    with pytest.raises(errors.ComputationError, match=r"0\.5\d+ s"):
+        goal.slope(goal.machine.design)
+
+
+def test_optimum_is_that_of_the_closed_form(tmp_path: Path) -> None:
+    """The damping of the least mean square of a decay over a long time."""
+    file = own.generated(OSCILLATOR) / "own.toml"
+    text = file.read_text("utf-8") + "\n[bounds]\nc_N_s_m = [2, 16]\n"
+    source = tmp_path / "own.toml"
+    source.write_text(text.replace("[values]", f'folder = "{file.parent}"\n[values]', 1), "utf-8")
+    result = answer("optimise", str(source), "--least", "rms x over 0..3 s", "--starts", "2")
+    times = np.linspace(0.0, 3.0, 30_001)
+
+    def rms(c: float) -> float:
+        damped = oscillate(0.5, 40.0, c + 0j, 0.1, times).real  # type: ignore[arg-type]
+        return float(np.sqrt(np.trapezoid(damped**2, times) / 3))
+
+    best = minimize_scalar(rms, bounds=(2, 8.9), method="bounded", options={"xatol": 1e-6})
+    assert result["design"]["c_N_s_m"] == pytest.approx(best.x, rel=1e-4)
+    assert result["objective"] == pytest.approx(1e3 * best.fun, rel=1e-6)
+    limit = answer(
+        "optimise",
+        str(source),
+        *("--least", "rms x over 0..3 s", "--hold", "x at 0.5 s >= 20"),
+        *("--starts", "1"),
+    )
+    assert limit["holds"][0]["active"]
+    assert limit["holds"][0]["value"] == pytest.approx(20.0, abs=1e-4)
+
+
+@pytest.mark.parametrize("measure", ["max x", "x at 30", "work x over 0..1 s", "max x over 2..1 s"])
+def test_measures_without_their_time_are_refused(measure: str) -> None:
+    with pytest.raises(errors.InputError, match="time"):
+        StatedGoal.read(free_machine(OSCILLATOR, "k"), measure)
+
+
+def test_times_do_not_apply_to_what_an_angle_drives() -> None:
+    assert "angle" in refusal("optimise", "wang2017", "--least", "max F_Ox over 0..1 s")
+
+
+def test_a_motion_has_no_other_speed() -> None:
+    with pytest.raises(errors.InputError, match="no angle"):
+        replace(free_machine(OSCILLATOR, "k")).with_speed(20.0)
