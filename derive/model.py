@@ -51,6 +51,12 @@ class Let:
         return frozenset(self.expr.free_symbols)
 
 
+COMMON = "common subexpression"
+"""Source of a step that needs no note in a text: of what others share, or of what continues the step
+before.
+"""
+
+
 def let(symbol: Quantity, expr: Expr, reason: str = "") -> Let:
     """A derived step; the reason is what its symbol means unless told."""
     return Let(symbol, sp.sympify(expr), f"derived: {reason or symbol.meaning}")
@@ -259,7 +265,8 @@ class System:
     their mesh; ``supports`` those of the forces of the ground on bodies, by body and axis.
     ``open_inputs`` are quantities of the data that change while free motion goes on, with their
     bounds. ``begun`` are coordinates and rates that the statement starts free motion with, ``held_entries``
-    those of them that hold, None if it does not say so.
+    those of them that hold, None if it does not say so. ``added_inertia`` names actions that depend
+    on accelerations.
     """
 
     name: str
@@ -277,6 +284,7 @@ class System:
     open_inputs: Mapping[str, tuple[float | None, float | None]] = field(default_factory=dict)
     begun: tuple[str, ...] = ()
     held_entries: tuple[str, ...] | None = None
+    added_inertia: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         refuse_name("system", self.name)

@@ -14,8 +14,10 @@ from planter.version import __version__
 
 if TYPE_CHECKING:
     from planter.audit.verdicts import audit as audit_papers
-    from planter.engine.machine import load_machine as load_mechanism
-    from planter.engine.outputs import OutputBatch
+    from planter.engine.machine import load_machine
+    from planter.engine.outputs import CycleObjective as Turns
+    from planter.engine.outputs import OutputBatch, evaluate_many
+    from planter.engine.outputs import OutputBatch as Batch
     from planter.errors import (
         ComputationError,
         GeometryError,
@@ -35,8 +37,8 @@ if TYPE_CHECKING:
     from planter.mechanism.state_space.model import load_dynamics
     from planter.papers.clutch.field import evaluate_field, plan_field
     from planter.papers.clutch.file import load_clutch
-    from planter.papers.clutch.model import compute_geometry as clutch_geometry
     from planter.papers.clutch.modal_engagement import evaluate_engagement as engage_clutch
+    from planter.papers.clutch.model import compute_geometry as clutch_geometry
     from planter.papers.clutch.sizing import optimise_clutch, size_clutch
     from planter.papers.mapping.curve import load_curve
     from planter.papers.mapping.file import load_poses
@@ -45,10 +47,7 @@ if TYPE_CHECKING:
     from planter.papers.pickup.analysis import analyse_pickup as pick_up
     from planter.papers.planting.calibration import calibrate
     from planter.papers.planting.family_comparison import compare_families
-    from planter.papers.planting.file import load as load_machine
     from planter.papers.planting.model import Device
-    from planter.papers.planting.objective import Batch, evaluate_many
-    from planter.papers.planting.objective import CycleObjective as Turns
     from planter.papers.planting.optimisation import Optimisation
     from planter.papers.planting.optimisation import optimise as optimise_device
     from planter.report.animation import show
@@ -82,7 +81,6 @@ __all__ = [
     "load_curve",
     "load_dynamics",
     "load_machine",
-    "load_mechanism",
     "load_poses",
     "load_posterior",
     "optimise_clutch",
@@ -104,11 +102,16 @@ _HOMES = {
     "papers.clutch.modal_engagement": ("engage_clutch:evaluate_engagement",),
     "papers.clutch.field": ("evaluate_field", "plan_field"),
     "papers.clutch.file": ("load_clutch",),
-    "papers.clutch.geometry": ("clutch_geometry:compute_geometry",),
+    "papers.clutch.model": ("clutch_geometry:compute_geometry",),
     "papers.clutch.sizing": ("optimise_clutch", "size_clutch"),
     "mechanism.state_space.model": ("load_dynamics",),
-    "engine.outputs": ("OutputBatch",),
-    "engine.machine": ("load_mechanism:load_machine",),
+    "engine.outputs": (
+        "Batch:OutputBatch",
+        "OutputBatch",
+        "Turns:CycleObjective",
+        "evaluate_many",
+    ),
+    "engine.machine": ("load_machine",),
     "errors": ("ComputationError", "GeometryError", "InputError", "Interrupted", "PlanterError"),
     "kernels": ("CallError", "Kernel"),
     "papers.mapping.curve": ("load_curve",),
@@ -126,9 +129,7 @@ _HOMES = {
     "papers.pickup.analysis": ("pick_up:analyse_pickup",),
     "papers.planting.family_comparison": ("compare_families",),
     "papers.planting.calibration": ("calibrate",),
-    "papers.planting.file": ("load_machine:load",),
     "papers.planting.model": ("Device",),
-    "papers.planting.objective": ("Batch", "Turns:CycleObjective", "evaluate_many"),
     "papers.planting.optimisation": ("Optimisation", "optimise_device:optimise"),
     "files.record": ("Record",),
     "report.animation": ("show",),

@@ -202,29 +202,14 @@ class Jobs:
         """
         while self._taken < self.count:
             while self._taken not in self._pending:
-                self._collect(POLL_INTERVAL_S)
+                with suppress(queue.Empty):
+                    answer = self._answers.get(timeout=POLL_INTERVAL_S)
+                    self._pending[answer.job] = answer
                 if waiting is not None:
                     waiting()
             answer = self._pending.pop(self._taken)
             self._taken += 1
             yield answer.result
-
-    def results(self) -> list[Any]:
-        """Return the results so far of the jobs that `in_order` has not yielded, in their order."""
-        self._collect(0)
-        answers = (self._pending[number] for number in sorted(self._pending))
-        return [answer.result for answer in answers if not answer.is_error]
-
-    def _collect(self, seconds: float) -> None:
-        """Store the available answers; wait for the first at most for that time [s]."""
-        try:
-            while True:
-                answer = (
-                    self._answers.get(timeout=seconds) if seconds else self._answers.get_nowait()
-                )
-                self._pending[answer.job], seconds = answer, 0
-        except queue.Empty:
-            return
 
 
 def run_in_order(

@@ -12,7 +12,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from planter.report import bundle, style
+from planter.report import files, style
 
 # Without bytecode every process that a test starts would compile all sources anew: more than a
 # second each.
@@ -52,7 +52,7 @@ def _drawn_once() -> Iterator[None]:
         }
     )
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(bundle, "style", blank)
+        patch.setattr(files, "style", blank)
         yield
 
 

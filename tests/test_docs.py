@@ -18,8 +18,8 @@ import pytest
 import derive
 import planter
 from planter.audit import verdicts
-from planter.cli.commands import load_references
-from planter.cli.explain import dictionary
+from planter.cli import dictionary
+from planter.cli.references import load_references
 from planter.kernels import generated
 from tests.support.cli import run
 from tests.support.structure import ROOT

@@ -43,8 +43,9 @@ PARSERS = {"tomllib", "json", "np", "numpy", "pickle", "yaml", "pandas", "io", "
 READING = {
     "text_files.py": "the door",
     "audit/numbers.py": "printed numbers of installed rooms",
-    "cli/bench/tasks.py": "copies this program itself",
-    "cli/commands.py": "references of installed packages, topics of this program",
+    "cli/benchmark.py": "copies this program itself",
+    "cli/commands.py": "topics of this program",
+    "cli/references.py": "references of installed packages",
     "report/folder.py": "the lock of a folder, opened without following links",
     "files/examples.py": "files that installed rooms bring",
     "exports/fmi.py": ("files of this program, a library that was compiled a moment before"),
@@ -136,7 +137,7 @@ WRITING = {
     "kernels/toolchain.py": "a scratch folder",
     "exports/fmi.py": "a scratch folder",
     "studio/session.py": "a scratch folder",
-    "rows/sweeps/job.py": "a database that --overwrite replaces",
+    "rows/job.py": "a database that --overwrite replaces",
 }
 """Modules that write something, and what."""
 
@@ -188,8 +189,6 @@ BY_HAND = {
         "the closed-form loop of a linkage, compared with the synthesis in its test"
     ),
     "papers/mapping/model.py": "angle of a generated vector",
-    "papers/mapping/nearest.py": "angles of given poses",
-    "papers/mapping/synthesis.py": "angles of given poses",
     "papers/pickup/file.py": "whether a law that a user hands in goes forward",
     "papers/pickup/inverse.py": "directions of given points",
     "papers/pickup/law.py": "a law of motion that a user chooses, between its joints",

@@ -19,14 +19,14 @@ from ..chain import Chain
 from ..equations import Claimed, ClaimError, Equation, find_claim
 from ..evaluate import Point
 from ..quantity import Quantity
-from .first_order import Equilibrium
 from .paper import Paper, Reading, Reference, Source, Subject
+from .terms import Equilibrium
 from .typesetting import Said, join_parts
 
 _PERIODIC = (sp.sin, sp.cos, sp.tan)
 
 
-def directions(equations: Sequence[Equation]) -> frozenset[Quantity]:
+def find_directions(equations: Sequence[Equation]) -> frozenset[Quantity]:
     """Angles that come in by sines, cosines and tangents alone, or in what another direction is
     defined as.
 
@@ -325,7 +325,7 @@ class Case:
     @cached_property
     def directions(self) -> frozenset[Quantity]:
         """Angles that are directions: they come in nowhere but by their sines and cosines."""
-        return directions([*self.paper.equations.values(), *self.claims.values()])
+        return find_directions([*self.paper.equations.values(), *self.claims.values()])
 
     def derived(self, number: str) -> Equation:
         """Return the derived equation of a printed one.
@@ -401,7 +401,7 @@ def _states_a_sum(printed: Equation, derived: Equation) -> bool:
     return printed.defines is None and derived.defines is None and printed.relation == "="
 
 
-def references(case: Case) -> list[dict[str, Any]]:
+def judge_references(case: Case) -> list[dict[str, Any]]:
     """Every reference of a paper: whether its equations give the quantities, and which of the
     paper's do.
     """

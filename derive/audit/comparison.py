@@ -8,6 +8,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import combinations
+from typing import Any
 
 import mpmath
 import numpy as np
@@ -18,10 +19,8 @@ from sympy import Expr
 from ..equations import Equation, Relation
 from ..evaluate import DIGITS, GUARD, TOLERANCE, Point
 from ..quantity import Quantity, of_unit
-from .edit_values import SCREEN, EditValues, is_computable
-from .edits import Edit, EditProposal, propose_edits
+from .edits import SCREEN, Edit, EditProposal, propose_edits, screen_edits
 from .terms import (
-    Gap,
     Match,
     Points,
     common_factor,
@@ -29,10 +28,8 @@ from .terms import (
     have_same_truth,
     largest_term,
     match_sums,
-    measure_gap,
     overall_factor,
     pair_monomials,
-    remainder_vanishes,
     to_monomials,
 )
 
@@ -121,17 +118,10 @@ class Comparison:
             to_monomials(self.printed, self.points), to_monomials(self.derived, self.points)
         )
 
-    @property
-    def gap(self) -> Gap:
-        """Return the numbers of terms on both sides without a like on the other."""
-        return measure_gap(
-            to_monomials(self.printed, self.points), to_monomials(self.derived, self.points)
-        )
-
     def match(self) -> Match:
         """Return the terms left on both sides, or none if they vanish in total."""
         match = self.struck()
-        return Match((), ()) if remainder_vanishes(match, self.points) else match
+        return Match((), ()) if match.vanishes(self.points) else match
 
     def edited(self, result: Expr) -> Comparison:
         """Return a copy whose printed side is ``result``."""
@@ -163,24 +153,24 @@ class Comparison:
             return False
 
     def _screen(self, proposals: Iterator[EditProposal]) -> Iterator[EditProposal]:
-        """Yield the edits after which both sides may say the same, as floating point tells; all of
-        a condition.
+        """Return the edits after which both sides may say the same, as floating point tells; all
+        of a condition.
         """
-        if self.bounds or not is_computable(self.printed):
-            yield from proposals
-            return
+        if self.bounds:
+            return proposals
         derived = np.array([float(point(self.derived)) for point in self.points])
         terms = np.array([float(largest_term(self.derived, point)) for point in self.points])
-        for proposal, values, sizes in EditValues(self.printed, self.points).list_values(proposals):
-            with np.errstate(all="ignore"):
-                gap, ratio = values - derived, values / derived
-                if self.turns:
-                    gap -= 2 * np.pi * np.round(gap / (2 * np.pi))
-                is_equal = np.all(np.abs(gap) <= SCREEN * np.maximum(sizes, terms))
-                rounding = SCREEN * sizes / np.abs(derived)
-                is_multiple = np.all(np.abs(ratio - ratio[0]) <= np.maximum(rounding, rounding[0]))
-            if is_equal or (self.scales and is_multiple):
-                yield proposal
+
+        def may_be_same(values: Any, sizes: Any) -> bool:
+            gap, ratio = values - derived, values / derived
+            if self.turns:
+                gap -= 2 * np.pi * np.round(gap / (2 * np.pi))
+            is_equal = np.all(np.abs(gap) <= SCREEN * np.maximum(sizes, terms))
+            rounding = SCREEN * sizes / np.abs(derived)
+            is_multiple = np.all(np.abs(ratio - ratio[0]) <= np.maximum(rounding, rounding[0]))
+            return bool(is_equal or (self.scales and is_multiple))
+
+        return screen_edits(self.printed, proposals, self.points, may_be_same)
 
 
 def list_orientations(printed: Equation) -> list[Equation]:
@@ -241,10 +231,12 @@ def _footings(
     return [start.scaled(sign) for start in starts for sign in ((1,) if bounds else (1, -1))]
 
 
-def solve_for(residual: Expr, symbol: Quantity) -> Expr:
+def solve_for(residual: Expr, symbol: Quantity | None) -> Expr:
     """Return the expression that an equation gives for a symbol, whether or not both sides have a
-    common factor.
+    common factor; the residual for none.
     """
+    if symbol is None:
+        return residual
     slope = residual.diff(symbol)
     plain = not slope.is_number or slope in (0, 1)
     return symbol - (residual if plain else sp.expand_mul(residual / slope))
@@ -327,12 +319,8 @@ SIMPLE = 12
 """Largest numerator and denominator of a factor that a print may have lost, or of its square."""
 
 
-@dataclass(frozen=True)
-class Explained:
-    """A comparison after edits of which each left fewer terms without their like."""
-
-    comparison: Comparison
-    edits: tuple[Edit, ...] = ()
+Explained = tuple[Comparison, tuple[Edit, ...]]
+"""A comparison after edits of which each left fewer terms without their like."""
 
 
 def explain_by_edits(start: Comparison, first: list[Edit], words: list[Quantity]) -> Explained:
@@ -341,13 +329,12 @@ def explain_by_edits(start: Comparison, first: list[Edit], words: list[Quantity]
     What is taken away explains nothing of a print that lacks something besides: such edits count
     only where the two sides then say the same.
     """
-    changed = _followed(start, [edit for edit in first if not edit.removes], words, removing=False)
-    if changed.comparison.same or not changed.comparison.struck().printed:
-        return changed
-    shorter = _followed(changed.comparison, changed.comparison.edits(words), words, removing=True)
-    if shorter.comparison.same:
-        return Explained(shorter.comparison, (*changed.edits, *shorter.edits))
-    return changed
+    replacements = [edit for edit in first if not edit.removes]
+    changed, edits = _followed(start, replacements, words, removing=False)
+    if changed.same or not changed.struck().printed:
+        return changed, edits
+    shorter, further = _followed(changed, changed.edits(words), words, removing=True)
+    return (shorter, (*edits, *further)) if shorter.same else (changed, edits)
 
 
 def _followed(
@@ -356,23 +343,18 @@ def _followed(
     """Again and again the edit that leaves least, while there is one that leaves less than nothing
     done.
     """
-    explained, candidates = Explained(start), first
-    while len(explained.edits) < MOST_EDITS:
-        scaled = _scaled(explained.comparison, explained.comparison.struck())
-        better = _best(
-            explained.comparison, [*candidates, *_grouped(explained.comparison), *scaled], removing
-        )
+    current, edits, candidates = start, list[Edit](), first
+    while len(edits) < MOST_EDITS:
+        scaled = _scaled(current, current.struck())
+        better = _best(current, [*candidates, *_grouped(current), *scaled], removing)
         if better is None:
             break
-        explained = Explained(
-            explained.comparison.edited(better.result), (*explained.edits, better)
-        )
-        if explained.comparison.same:
+        current = current.edited(better.result)
+        edits.append(better)
+        if current.same:
             break
-        candidates = [
-            edit for edit in explained.comparison.edits(words) if removing or not edit.removes
-        ]
-    return explained
+        candidates = [edit for edit in current.edits(words) if removing or not edit.removes]
+    return current, tuple(edits)
 
 
 def _best(at: Comparison, candidates: list[Edit], removing: bool) -> Edit | None:
@@ -380,30 +362,22 @@ def _best(at: Comparison, candidates: list[Edit], removing: bool) -> Edit | None
     what is derived.
     """
     real = [point for point in at.points if evaluate_at(at.printed, point) is not None]
-    before = at.gap
-    better = [
-        (after, edit)
-        for edit in candidates
-        if _helps(after := at.edited(edit.result).gap, before, removing)
-    ]
-    for _, edit in sorted(better, key=_rank):
+    before = at.struck()
+    ranked: list[tuple[int, int, int, str, Edit]] = []
+    for edit in candidates:
+        after = at.edited(edit.result).struck()
+        if _helps(after, before, removing):
+            ranked.append((after.size, after.unmatched, len(edit.swaps), edit.text, edit))
+    for *_, edit in sorted(ranked, key=lambda entry: entry[:4]):
         if all(evaluate_at(edit.result, point) is not None for point in real):
             return edit
     return None
 
 
-def _rank(entry: tuple[Gap, Edit]) -> tuple[int, int, int, str]:
-    """Return the key that orders edits: terms left over, terms without a like, symbols exchanged,
-    text.
-    """
-    after, edit = entry
-    return after.size, after.unmatched, len(edit.swaps), edit.text
-
-
-def _helps(after: Gap, before: Gap, removing: bool) -> bool:
+def _helps(after: Match, before: Match, removing: bool) -> bool:
     if after.size >= before.size and after.unmatched >= before.unmatched:
         return False
-    return after.unexplained <= before.unexplained and (
+    return len(after.printed) <= len(before.printed) and (
         removing or after.unmatched < before.unmatched
     )
 

@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from decimal import Decimal
-from functools import cache
 from itertools import islice
-from typing import Literal
+from typing import Any, Literal
 
 import mpmath
 import numpy as np
@@ -16,7 +15,7 @@ from mpmath import mpf
 from sympy import Expr
 
 from ..equations import UNCLAIMED, Equation, Witness
-from ..evaluate import TOLERANCE, NotEvaluated, Point, UnknownNodeError
+from ..evaluate import NotEvaluated, Point, UnknownNodeError
 from ..quantity import Quantity, is_consistent
 from .comparison import (
     FLIPPED,
@@ -28,10 +27,9 @@ from .comparison import (
     list_orientations,
     solve_for,
 )
-from .edit_values import SCREEN, EditValues, is_computable
-from .edits import Edit, EditProposal, propose_edits
+from .edits import SCREEN, Edit, EditValues, is_computable, propose_edits, screen_edits
 from .products import ProductFactor, ProductSearch
-from .terms import Points, evaluate_at, largest_term
+from .terms import Points, evaluate_at, format_value, holds, largest_term, list_unknown
 from .typesetting import Said, join_parts
 
 Word = Literal[
@@ -80,14 +78,10 @@ class Judgement:
         """Return the key by which a judgement is milder: its verdict, the terms left over, the
         edits needed.
         """
-        left = len(self.missing) + len(self.unexplained)
-        needed = min((len(c) for c in self.corrections), default=0)
-        grade = (
-            (*FAULTS, UNJUDGED).index(self.verdict) + 1
-            if self.verdict in (*FAULTS, UNJUDGED)
-            else 0
-        )
-        return grade, left, needed
+        grades = ("", *FAULTS, UNJUDGED)
+        grade = grades.index(self.verdict) if self.verdict in grades else 0
+        needed = min(map(len, self.corrections), default=0)
+        return grade, len(self.missing) + len(self.unexplained), needed
 
 
 def explain_unjudged(error: Exception) -> Judgement:
@@ -131,10 +125,9 @@ def agrees_with_witness(printed: Equation, witness: Witness) -> bool:
             f"{printed.source}: {witness.where} prints nothing of "
             f"{', '.join(sorted(map(str, missing)))}"
         )
-    judged = next(
-        (digits for symbol, digits in witness.values if symbol == _judged(printed, witness)), "0"
-    )
-    last = mpf(10) ** int(Decimal(judged).as_tuple().exponent)
+    digits = dict(witness.values)
+    first, _ = witness.values[0]  # decides where none is defined
+    last = mpf(10) ** int(Decimal(digits.get(printed.defines or first, "0")).as_tuple().exponent)
     return bool(abs(Point(values)(printed.residual)) <= last / 2)
 
 
@@ -150,14 +143,14 @@ def _agrees_within(
     return any(root.is_real and smallest <= root <= largest for root in roots)
 
 
-def _judged(printed: Equation, witness: Witness) -> Quantity:
-    """The symbol whose printed digits decide: the defined one, or else the first."""
-    return printed.defines or witness.values[0][0]
-
-
 def _describe_witness(witness: Witness) -> str:
     values = ", ".join(f"{symbol} = {digits}" for symbol, digits in witness.values)
     return f"against {witness.where}: {values}"
+
+
+def describe_dimensions(printed: Equation) -> str:
+    """Return the beginning of a finding on an equation that mixes dimensions, else nothing."""
+    return "" if is_consistent(printed.residual) else "not dimensionally consistent; "
 
 
 MOST_OPERATIONS = 1000
@@ -175,9 +168,7 @@ def judge_by_values(printed: Equation, points: Points, words: Iterable[Quantity]
     """The verdict on an equation by values alone: whether it holds at every point, or which single
     edits make it.
     """
-    lacking = sorted(
-        str(s) for s in printed.residual.free_symbols if any(s not in point for point in points)
-    )
+    lacking = list_unknown(printed.residual, points)
     if lacking or printed.relation != "=":
         reason = (
             f"{', '.join(lacking)} has no value here" if lacking else "a condition without a claim"
@@ -185,7 +176,7 @@ def judge_by_values(printed: Equation, points: Points, words: Iterable[Quantity]
         return Judgement("untested", f"{reason}, so that nothing tests it")
     if holds(printed.residual, points):
         return Judgement("confirmed", "it holds at every point that was tried")
-    remark = "" if is_consistent(printed.residual) else "not dimensionally consistent; "
+    remark = describe_dimensions(printed)
     is_large = sp.count_ops(printed.residual) > MOST_SEARCHED
     edited = () if is_large else _edited(printed, words, points)
     repairs = [(edit, residual) for edit, residual in edited if holds(residual, points)]
@@ -209,11 +200,9 @@ def judge_condition(printed: Equation, cycle: Sequence[Point]) -> Judgement:
     """The verdict on a condition by values alone: whether it holds all along the machine's own
     cycle.
     """
-    symbols = printed.residual.free_symbols
-    values = [
-        evaluate_at(printed.residual, point) for point in cycle if all(s in point for s in symbols)
-    ]
-    if len(values) < len(cycle) or None in values:
+    residual = printed.residual
+    values = [] if list_unknown(residual, cycle) else [evaluate_at(residual, p) for p in cycle]
+    if not values or None in values:
         return Judgement("untested", "it has no value along the cycle, so that nothing tests it")
     order = {"<": mpf.__lt__, "<=": mpf.__le__, ">": mpf.__gt__, ">=": mpf.__ge__}[printed.relation]
     worst = (max if printed.relation in ("<", "<=") else min)(v for v in values if v is not None)
@@ -237,47 +226,26 @@ def _edited(
     """Edits that may be corrections, with the residuals that they leave, but for those that leave
     nothing to say.
     """
-    candidates = [word for word in words if all(word in point for point in points)]
-    symbol, side = printed.defines, _find_side(printed)
-    for proposal in _screen(
-        side, propose_edits(side, candidates, overall=symbol is not None), symbol, points
-    ):
+    candidates = [word for word in words if not list_unknown(word, points)]
+    symbol = printed.defines
+    side = solve_for(printed.residual, symbol)
+    meant = np.array([float(point(symbol or sp.S.Zero)) for point in points])
+
+    def may_hold(values: Any, sizes: Any) -> bool:
+        limit = SCREEN * np.maximum(sizes, np.abs(meant))
+        return bool(np.all(np.abs(values - meant) <= limit))
+
+    proposals = propose_edits(side, candidates, overall=symbol is not None)
+    for proposal in screen_edits(side, proposals, points, may_hold):
         edit = proposal.apply(side)
         residual = _restore_residual(printed, edit.result)
         if len(sp.Add.make_args(residual)) > 1:
             yield edit, residual
 
 
-def _find_side(printed: Equation) -> Expr:
-    """Return what an equation gives for the symbol that it defines, its residual if it defines
-    none.
-    """
-    return (
-        printed.residual
-        if printed.defines is None
-        else solve_for(printed.residual, printed.defines)
-    )
-
-
 def _restore_residual(printed: Equation, side: Expr) -> Expr:
-    """Return the residual of an equation with another side; see `_find_side`."""
+    """Return the residual of an equation with another side; see `solve_for`."""
     return side if printed.defines is None else printed.defines - side
-
-
-def _screen(
-    side: Expr, proposals: Iterator[EditProposal], symbol: Quantity | None, points: Points
-) -> Iterator[EditProposal]:
-    """Yield the edits of a side after which it may be zero, or a symbol's value, as floating point
-    tells.
-    """
-    if not is_computable(side):
-        yield from proposals
-        return
-    edits = EditValues(side, points)
-    meant = edits.value(sp.S.Zero if symbol is None else symbol)
-    for proposal, values, sizes in edits.list_values(proposals):
-        if np.all(np.abs(values - meant) <= SCREEN * np.maximum(sizes, np.abs(meant))):
-            yield proposal
 
 
 MOST_FACTORS = 120
@@ -292,14 +260,13 @@ def _list_lacking_terms(
     """Terms with which an equation holds, products of up to five of its factors, with the residuals
     that they leave.
     """
-    symbol, side = printed.defines, _find_side(printed)
+    symbol = printed.defines
+    side = solve_for(printed.residual, symbol)
     gaps = [evaluate_at((symbol or sp.S.Zero) - side, point) for point in points]
     if not is_computable(side) or None in gaps:
         return
     edits = EditValues(side, points)
-    evaluable_words = [
-        word for word in words if word != symbol and all(word in point for point in points)
-    ]
+    evaluable_words = [word for word in words if word != symbol and not list_unknown(word, points)]
     factors = [
         ProductFactor(factor, edits.value(factor), None, str(factor.as_base_exp()[0]))
         for factor in islice(dict.fromkeys((*_list_factors(side), *evaluable_words)), MOST_FACTORS)
@@ -329,57 +296,13 @@ def _list_factors(expr: Expr) -> Iterator[Expr]:
         yield from (part for part in parts if not part.is_number and not isinstance(part, sp.Mul))
 
 
-def holds(residual: Expr, points: Points) -> bool:
-    """Whether a residual vanishes at every point."""
-    return all(_vanishes(residual, point) for point in points)
-
-
-MOST_TERMS = 10**6
-"""Terms of a summand multiplied out, at most: the largest of them is at least this share of the
-summand.
-
-What is small beside the summands is so beside the largest term too, so that nothing needs to be
-multiplied out.
-"""
-
-
-def _vanishes(residual: Expr, point: Point) -> bool:
-    remainder = evaluate_at(residual, point)
-    if remainder is None:
-        return False
-    summands = max(abs(point(summand)) for summand in sp.Add.make_args(residual))
-    if summands > 0 and abs(remainder) <= TOLERANCE * summands / MOST_TERMS:
-        return True
-    if abs(remainder) > TOLERANCE * _bound_terms(residual, point):
-        return False
-    return abs(remainder) <= TOLERANCE * largest_term(residual, point)
-
-
-@cache
-def _bound_terms(expr: Expr, point: Point) -> mpf:
-    """Return what no term of an expression multiplied out exceeds, found without multiplying it
-    out.
-    """
-    if isinstance(expr, sp.Add):
-        return sum((_bound_terms(summand, point) for summand in expr.args), mpf(0))
-    if isinstance(expr, sp.Mul):
-        return mpmath.fprod(_bound_terms(factor, point) for factor in expr.args)
-    if isinstance(expr, sp.Pow) and expr.exp.is_Integer and expr.exp > 0:
-        return _bound_terms(expr.base, point) ** int(expr.exp)
-    return abs(point(expr))
-
-
 def _failing(residual: Expr, points: Points) -> str:
     """Describe the residual at the first point where the equation fails, compared with its largest
     term.
     """
-    where = next(point for point in points if not _vanishes(residual, point))
-    left = evaluate_at(residual, where)
-    remainder = "no real value" if left is None else mpmath.nstr(left, 6)
-    return (
-        f"it does not hold: {remainder} is left of terms of up to "
-        f"{mpmath.nstr(largest_term(residual, where), 6)}"
-    )
+    where = next(point for point in points if not holds(residual, (point,)))
+    largest = mpmath.nstr(largest_term(residual, where), 6)
+    return f"it does not hold: {format_value(residual, where)} is left of terms of up to {largest}"
 
 
 PROMISING = 12
@@ -406,22 +329,17 @@ def judge_equation(
         )
     if printed.legibility == "lost":
         return Judgement("reconstructed", "the print is lost; the derivation stands alone")
-    consistent, at = is_consistent(printed.residual), tuple(points)
-    if unknown := sorted(
-        str(s) for s in printed.residual.free_symbols if any(s not in point for point in at)
-    ):
+    remark, at = describe_dimensions(printed), tuple(points)
+    if unknown := list_unknown(printed.residual, at):
         return Judgement(
             UNJUDGED, f"{', '.join(unknown)} has no value here, and nothing says what it stands for"
         )
-    is_direction, remark = (
-        printed.defines in directions,
-        "" if consistent else "not dimensionally consistent; ",
-    )
+    is_direction = printed.defines in directions
     compared = [
         (side, align_sides(side, derived, at, is_direction)) for side in list_orientations(printed)
     ]
     edits = [_relation(side, printed, derived) for side, comparison in compared if comparison.same]
-    if () in edits and consistent:
+    if () in edits and not remark:
         return _agreement(printed, derived)
     if edits and () not in edits:
         return Judgement("misprint", "the relation is another", (edits[0],))
@@ -499,7 +417,7 @@ def _vocabulary(
         *words,
         *(s for s in derived.residual.free_symbols if isinstance(s, Quantity)),
     } - {printed.defines}
-    return sorted((s for s in quantities if all(s in point for point in points)), key=str)
+    return sorted((s for s in quantities if not list_unknown(s, points)), key=str)
 
 
 def _agreement(printed: Equation, derived: Equation) -> Judgement:
@@ -534,34 +452,23 @@ def _corrected(
     residual.
     """
     first = start.edits(words)
-    explanation = explain_by_edits(start, first, words)
-    if explanation.comparison.same and not (
-        start.bounds and len(explanation.edits) > MOST_OF_A_CONDITION
-    ):
-        return _misprint(
-            [(*done, *(edit.text for edit in explanation.edits))], remark, explanation.edits
-        )
-    pairs = (
-        _pairs(start, first, words) if explanation.comparison.gap.unexplained and not done else []
-    )
+    explained, edits = explain_by_edits(start, first, words)
+    correction = (*done, *(edit.text for edit in edits))
+    if explained.same and not (start.bounds and len(edits) > MOST_OF_A_CONDITION):
+        return _misprint([correction], remark, edits)
+    pairs = _pairs(start, first, words) if explained.struck().printed and not done else []
     if pairs:
         return _misprint([(first.text, second.text) for first, second in pairs], remark, pairs[0])
     if start.bounds:
         return _another_condition(start, remark)
-    return _left_over(
-        explanation.comparison,
-        (*done, *(edit.text for edit in explanation.edits)),
-        explanation.edits,
-        remark,
-    )
+    return _left_over(explained, correction, edits, remark)
 
 
 def _another_condition(start: Comparison, remark: str) -> Judgement:
     """A condition that no edit makes the derived one; terms that are left over say nothing of when
     it holds.
     """
-    where = next((point for point in start.points if not start.is_equal_at(point)), start.points[0])
-    printed, derived = (_format_value(side, where) for side in (start.printed, start.derived))
+    printed, derived = _format_difference(start)
     differ = f"at a random point its sides differ by {printed}, not {derived}"
     finding = f"{remark}another condition than the derived one; {differ}"
     return Judgement("contradicted", finding, unexplained=(start.printed,))
@@ -602,21 +509,17 @@ def _left_over(
     if not left.printed:
         finding = f"{remark}terms of the derivation are missing"
         return Judgement("incomplete", finding, corrections, left.derived, edits=edits)
-    where = next(
-        (point for point in comparison.points if not comparison.is_equal_at(point)),
-        comparison.points[0],
-    )
-    printed_value, derived_value = (
-        _format_value(side, where) for side in (comparison.printed, comparison.derived)
-    )
-    fails = f"; it fails at a random point: {printed_value} against {derived_value}"
+    printed, derived = _format_difference(comparison)
+    fails = f"; it fails at a random point: {printed} against {derived}"
     finding = Said(f"{remark}printed, but not derived: ", join_parts(", ", left.printed), fails)
     return Judgement("contradicted", finding, corrections, left.derived, left.printed, edits=edits)
 
 
-def _format_value(expr: Expr, point: Point) -> str:
-    number = evaluate_at(expr, point)
-    return "no real value" if number is None else mpmath.nstr(number, 6)
+def _format_difference(comparison: Comparison) -> tuple[str, str]:
+    """Return the values of both sides at the first point where they differ."""
+    different = (point for point in comparison.points if not comparison.is_equal_at(point))
+    where = next(different, comparison.points[0])
+    return format_value(comparison.printed, where), format_value(comparison.derived, where)
 
 
 def _ranked(start: Comparison, candidates: Iterable[Edit]) -> list[tuple[Edit, int]]:
@@ -627,9 +530,9 @@ def _ranked(start: Comparison, candidates: Iterable[Edit]) -> list[tuple[Edit, i
     real: Points = tuple(
         point for point in start.points if evaluate_at(start.printed, point) is not None
     )
-    before, better = start.gap.size, []
+    before, better = start.struck().size, []
     for edit in candidates:
-        left = start.edited(edit.result).gap.size
+        left = start.edited(edit.result).struck().size
         if left < before and all(evaluate_at(edit.result, point) is not None for point in real):
             better.append((edit, left))
     return sorted(better, key=lambda pair: (pair[1], pair[0].text))

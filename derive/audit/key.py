@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import ast
 import sys
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cache
 from hashlib import sha256
 from importlib.util import resolve_name
@@ -18,7 +18,7 @@ from pathlib import Path
 import mpmath
 import sympy as sp
 
-from ..equations import Equation
+from ..equations import ClaimError, Equation
 from ..evaluate import Point
 from ..quantity import Quantity
 from .case import AS_READ, Case, Choice
@@ -35,7 +35,7 @@ def engine_key(*modules: str) -> str:
     """Hash of the code of modules and of all that they import from this package, and of SymPy's
     version.
     """
-    return _hashed([sp.__version__, *(_content(path) for path in sorted(sources(modules)))])
+    return _hashed([sp.__version__, *(_content(path) for path in sorted(list_sources(modules)))])
 
 
 def _content(path: Path) -> str:
@@ -79,7 +79,7 @@ def _is_docstring(node: object) -> bool:
     )
 
 
-def sources(modules: Iterable[str]) -> set[Path]:
+def list_sources(modules: Iterable[str]) -> set[Path]:
     """Files of modules and of all that they import from this package or from their own."""
     waiting, paths = set(modules), set[Path]()
     packages = {name.partition(".")[0] for name in (__name__, *waiting)}
@@ -120,59 +120,52 @@ def _file(module: str) -> Path | None:
     )
 
 
-def equation_key(case: Case, number: str) -> str:
-    """Key of the finding on one equation, which is judged with those that it shares questions
-    with.
+def equations_key(case: Case) -> str:
+    """Return the key of the findings on all equations of a paper: judging code, both sides of each,
+    vocabulary, every value used.
+
+    Raises ClaimError where an equation claims what its subject does not derive.
     """
-    return linked_key(number, [sides_key(case, other) for other in case.linked(number)])
+    parts = [engine_key(f"{__package__}.record"), case.paper.name]
+    parts += (f"{_name(s)} {sp.srepr(base)}" for s, base in case.subject.folds().items())
+    symbols: set[sp.Symbol] = set()
+    for number in case.paper.equations:
+        try:
+            sides = _list_sides(case, number)
+            parts += _describe_equation(case, number, sides)
+            symbols.update(*(side.residual.free_symbols for side in sides))
+        except ClaimError:
+            raise
+        except Exception as error:  # what is wrong with one equation, its record says
+            parts.append(f"{number} {error}")
+    called = case.subject.actions()
+    for symbol in _sorted({*symbols, *case.words}):
+        name = _name(symbol)
+        parts += (f"{name} {_at(symbol, point)}" for point in case.points)
+        if symbol in symbols:
+            parts.append(f"{name} {_cycle_values(symbol, case.cycle)} {called.get(symbol)}")
+    return _hashed(parts)
 
 
-def linked_key(number: str, keys: Sequence[str]) -> str:
-    """Key of the finding on one equation by what each depends on that is judged with it, this one
-    among them.
-    """
-    return keys[0] if len(keys) == 1 else _hashed([number, *keys])
+def _list_sides(case: Case, number: str) -> list[Equation]:
+    """List an equation as printed, its pairs under every reading, and its lifted derivation."""
+    sides: list[Equation | None] = [case.paper.equations[number]]
+    for choice in case.choices(number) or [AS_READ]:
+        for pair in case.footings(number, choice):
+            sides += pair
+    return [side for side in (*sides, case.lifted(number)) if side]
 
 
-def sides_key(case: Case, number: str) -> str:
-    """Return the key of the finding on an equation: judging code, both sides, vocabulary, every
-    value used.
-    """
-    pairs = [
-        pair
-        for choice in case.choices(number) or [AS_READ]
-        for pair in case.footings(number, choice)
-    ]
-    lifted, printed = case.lifted(number), case.paper.equations[number]
-    sides = [
-        printed,
-        *(side for pair in pairs for side in pair if side),
-        *([lifted] if lifted else []),
-    ]
-    symbols = _sorted(set().union(*(side.residual.free_symbols for side in sides)))
-    words = _sorted({*symbols, *case.words})
-    return _hashed(
-        [
-            engine_key(f"{__package__}.record"),
-            case.paper.name,
-            *map(equation_text, sides),
-            case.read_as(number),
-            *(_choice(choice) for choice in case.choices(number)),
-            *(f"{_name(s)} {sp.srepr(base)}" for s, base in case.subject.folds().items()),
-            str(pairs[-1][0].defines in case.directions),
-            str(case.subject.constraint_residuals(printed.claims, printed.defines))
-            if printed.defines
-            else "",
-            *sorted(f"{s} {why}" for s, why in case.assumed(number).items()),
-            *(
-                f"{s} {called}"
-                for s, called in sorted(case.subject.actions().items(), key=str)
-                if s in symbols
-            ),
-            *(f"{_name(s)} {_at(s, point)}" for s in words for point in case.points),
-            *(f"{_name(s)} {_cycle_values(s, case.cycle)}" for s in symbols),
-        ]
-    )
+def _describe_equation(case: Case, number: str, sides: Sequence[Equation]) -> Iterator[str]:
+    """Yield all that the finding on an equation depends on, but values."""
+    printed = case.paper.equations[number]
+    yield from map(equation_text, sides)
+    yield from map(_choice, case.choices(number))
+    yield case.read_as(number)
+    yield str(sides[1].defines in case.directions)
+    yield from (f"{s} {why}" for s, why in case.assumed(number).items())
+    if printed.defines:
+        yield str(case.subject.constraint_residuals(printed.claims, printed.defines))
 
 
 def laws_key(case: Case, chosen: Mapping[str, Choice]) -> str:
@@ -181,7 +174,7 @@ def laws_key(case: Case, chosen: Mapping[str, Choice]) -> str:
 
     ``chosen`` says how equations are read that can be read in several ways.
     """
-    parts = [engine_key(f"{__package__}.trial", type(case.subject).__module__)]
+    parts = [engine_key(f"{__package__}.laws", type(case.subject).__module__)]
     parts += map(_content, case.subject.files())
     parts += [f"{number} {_choice(choice)}" for number, choice in chosen.items()]
     for chain in case.chains or ():

@@ -443,7 +443,7 @@ def _attempted(paper: str, chains: ChainLaws, law: Law) -> dict[str, Any]:
         return record_untried_law(paper, law.name, law.unit, error)
 
 
-def violation(chains: ChainLaws, law: Law) -> float:
+def measure_violation(chains: ChainLaws, law: Law) -> float:
     """Return by how much the chain breaks a law, in four digits; zero where that is rounding."""
     return float(f"{chains.size(law):.{DIGITS - 1}e}") if chains.broken(law) else 0.0
 
@@ -451,7 +451,7 @@ def violation(chains: ChainLaws, law: Law) -> float:
 def attempted_violation(chains: ChainLaws, law: Law) -> float | None:
     """Return by how much the chain breaks a law, None where it cannot be executed."""
     try:
-        return violation(chains, law)
+        return measure_violation(chains, law)
     except Exception:  # a law that cannot be tried says nothing of the others
         return None
 
@@ -461,7 +461,7 @@ def _finding(paper: str, chains: ChainLaws, law: Law) -> dict[str, Any]:
     return {
         "paper": paper,
         "law": law.name,
-        "violation": violation(chains, law),
+        "violation": measure_violation(chains, law),
         "unit": law.unit,
         "caused_by": list(causes.sets[0]) if causes.sets else [],
         "or_by": [list(chosen) for chosen in causes.sets[1:]],

@@ -19,7 +19,7 @@ from ..equations import UNCLAIMED, Claimed, Equation, Legibility, Relation, Witn
 from ..evaluate import Point
 from ..model import Let, System, Twin
 from ..quantity import Quantity
-from .first_order import Equilibrium
+from .terms import Equilibrium
 
 Array = NDArray[np.float64]
 Values = dict[sp.Symbol, Array]
@@ -170,19 +170,15 @@ class Subject(Protocol):
         return ()
 
 
-class SourceChange(Protocol):
-    """A change of a printed row that makes it hold: its LaTeX after it, in words, and other changes
-    in words.
+@dataclass(frozen=True)
+class Repair:
+    """A change of a printed row that makes it hold: its LaTeX after it, the change in words, and
+    other changes that would do as well.
     """
 
-    @property
-    def latex(self) -> str: ...
-
-    @property
-    def text(self) -> str: ...
-
-    @property
-    def alternatives(self) -> tuple[str, ...]: ...
+    latex: str
+    text: str
+    alternatives: tuple[str, ...] = ()
 
 
 class Source(Protocol):
@@ -190,7 +186,7 @@ class Source(Protocol):
 
     def repair(
         self, number: str, points: list[Point], draw: Callable[[int], list[Point]]
-    ) -> SourceChange | None:
+    ) -> Repair | None:
         """Return the smallest change of an equation's own LaTeX after which it holds at points,
         None without one.
 

@@ -22,12 +22,12 @@ from .judge import (
     UNJUDGED,
     Judgement,
     complete_print,
+    describe_dimensions,
     explain_unjudged,
-    holds,
     judge_condition,
     judge_equation,
 )
-from .terms import Points, evaluate_at, find_largest_size
+from .terms import Points, find_largest_size, format_value, holds, list_unknown
 from .typesetting import Piece, Said, join_parts
 
 SHOWN = 3
@@ -64,8 +64,8 @@ def confirm_in_use(
 def _says_the_same(
     case: Case, printed: Equation, derived: Equation | None, points: list[Point]
 ) -> bool:
-    needed = printed.residual.free_symbols | (derived.residual.free_symbols if derived else set())
-    if not points or not all(symbol in point for point in points for symbol in needed):
+    sides = [printed, derived] if derived else [printed]
+    if not points or any(list_unknown(side.residual, points) for side in sides):
         return False
     at: Points = tuple(points)
     if derived is None:
@@ -93,10 +93,7 @@ def _describe_failure(printed: Equation, derived: Equation | None, point: Point)
 
 def _format_side(side: Equation, point: Point) -> str:
     """The value of what an equation defines its symbol as, or of its residual."""
-    number = evaluate_at(
-        side.residual if side.defines is None else solve_for(side.residual, side.defines), point
-    )
-    return "no real value" if number is None else mpmath.nstr(number, 6)
+    return format_value(solve_for(side.residual, side.defines), point)
 
 
 def fold_terms(terms: Iterable[Expr], folds: Mapping[sp.Symbol, Expr]) -> tuple[Expr, ...]:
@@ -140,13 +137,6 @@ class Outcome:
         return (
             len({hearing.judgement.verdict for hearing in (self.kindest, *self.alternatives)}) == 1
         )
-
-
-def judge_readings(case: Case, number: str) -> Outcome:
-    """An equation's outcome under the kindest joint reading of all equations that are linked with
-    it.
-    """
-    return judge_linked_readings(case, number)[number]
 
 
 def judge_linked_readings(case: Case, number: str) -> dict[str, Outcome]:
@@ -197,25 +187,19 @@ def _heard(case: Case, number: str, choice: Choice) -> Hearing:
         return replace(mildest, judgement=_unheld(mildest.judgement, loose))
     if mildest.judgement.verdict not in FAULTS:
         return mildest
-    folds = case.subject.folds()
-    folded = [_folded(hearing, folds) for hearing in hearings]
-    if mildest.judgement.missing and not mildest.judgement.unexplained:
-        folded = [_absorb_printed_terms(hearing, case.cycle) for hearing in folded]
-    shortest = min((hearing for hearing in folded if _is_alike(hearing, mildest)), key=_length)
-    verdict, finding = mildest.judgement.verdict, mildest.judgement.finding
-    return replace(
-        shortest, judgement=replace(shortest.judgement, verdict=verdict, finding=finding)
-    )
-
-
-def _is_alike(hearing: Hearing, mildest: Hearing) -> bool:
-    """Whether a hearing leaves what the mildest one does: only then it says the same in other
-    terms.
-    """
-    judgement, kindest = hearing.judgement, mildest.judgement
-    return judgement.unexplained == kindest.unexplained and bool(judgement.missing) == bool(
-        kindest.missing
-    )
+    kindest, alike = mildest.judgement, list[Hearing]()
+    for hearing in hearings:
+        terms = fold_terms(hearing.judgement.missing, case.subject.folds())
+        folded = replace(hearing, judgement=replace(hearing.judgement, missing=terms))
+        if kindest.missing and not kindest.unexplained:
+            folded = _absorb_printed_terms(folded, case.cycle)
+        left = folded.judgement
+        # only what leaves the same says the same in other terms
+        if left.unexplained == kindest.unexplained and bool(left.missing) == bool(kindest.missing):
+            alike.append(folded)
+    shortest = min(alike, key=lambda hearing: _length(hearing.judgement))
+    judgement = replace(shortest.judgement, verdict=kindest.verdict, finding=kindest.finding)
+    return replace(shortest, judgement=judgement)
 
 
 def _absorb_printed_terms(hearing: Hearing, cycle: Sequence[Point]) -> Hearing:
@@ -276,9 +260,9 @@ def _judged_by_source(
     repair = case.source.repair(printed.number, points, case.draw)
     if repair is None:
         return None
-    remark = "" if is_consistent(printed.residual) else "not dimensionally consistent; "
     corrections = tuple((Said(text),) for text in (repair.text, *repair.alternatives))
-    return Judgement("misprint", f"{remark}removed by a change of its LaTeX", corrections)
+    finding = f"{describe_dimensions(printed)}removed by a change of its LaTeX"
+    return Judgement("misprint", finding, corrections)
 
 
 def _judge_linearised(case: Case, printed: Equation) -> Judgement | None:
@@ -331,14 +315,8 @@ def _unheld(judgement: Judgement, loose: Mapping[str, Expr]) -> Judgement:
     )
 
 
-def _folded(hearing: Hearing, folds: Mapping[sp.Symbol, Expr]) -> Hearing:
-    missing = fold_terms(hearing.judgement.missing, folds)
-    return replace(hearing, judgement=replace(hearing.judgement, missing=missing))
-
-
-def _length(hearing: Hearing) -> int:
+def _length(judgement: Judgement) -> int:
     """Return the number of edits and of terms left over."""
-    judgement = hearing.judgement
     return len(judgement.edits) + len(judgement.missing) + len(judgement.unexplained)
 
 

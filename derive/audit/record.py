@@ -6,8 +6,8 @@ from __future__ import annotations
 
 import json
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import mpmath
@@ -20,8 +20,8 @@ from ..quantity import NONE, Dimension, DimensionError, dimension, of_unit
 from .case import Case
 from .judge import Judgement, explain_unjudged
 from .reading_search import Outcome, derived_side, is_fragile, judge_linked_readings, list_reasons
-from .terms import Match, expand_sum, find_largest_size, remainder_vanishes
-from .typesetting import Piece, Said, join_parts, typeset_equation, typeset_inline, typeset_sentence
+from .terms import expand_sum, find_largest_size, holds
+from .typesetting import Piece, Said, join_parts, typeset_equation, typeset_sentence
 
 LACKS = "lacks "
 """How the reason of a finding begins that is an omission."""
@@ -166,8 +166,8 @@ def _lost(
     lost = [term for term in terms if term.free_symbols & reasons.keys()]
     for symbol in sorted(set().union(*(t.free_symbols for t in lost)) - reasons.keys(), key=str):
         shared = [term for term in lost if symbol in term.free_symbols]
-        match = Match(tuple(term.xreplace(unit) for term in shared), ())
-        if len(shared) > 1 and remainder_vanishes(match, points):
+        total = sp.Add(*(term.xreplace(unit) for term in shared))
+        if len(shared) > 1 and holds(total, tuple(points)):
             lost = [term for term in lost if term not in shared]
     return lost
 
@@ -200,7 +200,7 @@ def _split(terms: tuple[Expr, ...]) -> list[tuple[Expr, Expr]]:
     return [term.as_coeff_Mul(rational=True) for term in terms]
 
 
-def _sorted(terms: list[Expr] | tuple[Expr, ...]) -> list[Expr]:
+def _sorted(terms: Iterable[Expr]) -> list[Expr]:
     return sorted(terms, key=sp.default_sort_key)
 
 
@@ -226,25 +226,21 @@ def index_records(
     }
 
 
-def is_reusable(record: Record | None, key: str) -> bool:
+def is_reusable(record: Record, key: str) -> bool:
     """Whether a record was made from the same as a new one would be."""
-    return record is not None and record.get("key") == key
+    return record.get("key") == key
 
 
-def record_equation(case: Case, number: str, key: str) -> Record:
-    """The finding on an equation of a paper; `not judged` with the reason where any step of it
-    raises an error.
+def record_equations(case: Case, numbers: Sequence[str], key: str) -> list[Record]:
+    """The findings on equations that are judged together.
+
+    `not judged` with the reason where any step of it raises an error.
     """
-    return record_equations(case, {number: key})[0]
-
-
-def record_equations(case: Case, keys: Mapping[str, str]) -> list[Record]:
-    """The findings on equations that are judged together; ``keys`` are theirs, by number."""
     try:
-        outcomes = judge_linked_readings(case, next(iter(keys)))
+        outcomes = judge_linked_readings(case, numbers[0])
     except Exception as error:  # one question must not end the audit of the others
-        return [record_unjudged(case, number, key, error) for number, key in keys.items()]
-    return [_attempted(case, number, key, outcomes[number]) for number, key in keys.items()]
+        return [record_unjudged(case, number, key, error) for number in numbers]
+    return [_attempted(case, number, key, outcomes[number]) for number in numbers]
 
 
 def _attempted(case: Case, number: str, key: str, outcome: Outcome) -> Record:
@@ -261,64 +257,94 @@ def _place(case: Case, number: str) -> Record:
 
 def record_unjudged(case: Case, number: str, key: str, error: Exception) -> Record:
     """The record of an equation that cannot be judged, with the reason in `finding`."""
-    printed, judgement = case.paper.equations[number], explain_unjudged(error)
-    text = _text(printed) if _has_formula(case, printed) else ""
-    try:
-        formula = typeset_equation(printed) if text else ""
-    except Exception:  # what cannot be judged may be what cannot be set
-        formula = typeset_sentence(text)
-    empty: Record = {
-        part: [] for part in ("correction", "depends", "terms", "unexplained", "vanishing")
+    printed = case.paper.equations[number]
+    record = _build_record(case, printed, explain_unjudged(error), key, {})
+    if _has_formula(case, printed):
+        record["printed"] = _text(printed)
+        try:
+            record[MATHML]["printed"] = typeset_equation(printed)
+        except Exception:  # what cannot be judged may be what cannot be set
+            record[MATHML]["printed"] = typeset_sentence(record["printed"])
+    return record | _place(case, number)
+
+
+def _build_record(
+    case: Case,
+    printed: Equation,
+    judgement: Judgement,
+    key: str,
+    parts: Mapping[str, Any],
+    **facts: Any,
+) -> Record:
+    """Return a record of statements, which stand in it as text and typeset, and of facts."""
+    statements = {
+        "printed": "",
+        "derived": "",
+        "corrected": "",
+        "finding": judgement.finding,
+        "correction": [],
+        "reading": "",
+        "depends": [],
+        "terms": [],
+        "unexplained": [],
+        "vanishing": [],
+        **parts,
     }
-    return {
+    texts = _convert(statements, str)
+    record = {
         "paper": case.paper.name,
-        "equation": number,
+        "equation": printed.number,
         "legibility": printed.legibility,
         "rebuilt": list(printed.rebuilt),
         "claims": str(printed.claims),
         "verdict": judgement.verdict,
-        "finding": judgement.finding,
-        "fragile": False,
-        "reading": "",
+        "finding": texts["finding"],
+        "fragile": is_fragile(judgement),
+        "correction": texts["correction"],
+        "reading": texts["reading"],
         "answer": "",
+        "depends": texts["depends"],
         "robust": True,
-        "domain": "",
-        "reasons": [],
+        "domain": str(judgement.domain),
+        "reasons": list(list_reasons(judgement, printed, case.subject.actions())),
+        "terms": [],
+        "unexplained": [],
         "edited": "",
         "difference": None,
-        "printed": text,
-        "derived": "",
+        "vanishing": [],
+        "printed": texts["printed"],
+        "derived": texts["derived"],
         "defines": str(printed.defines or ""),
         "key": key,
-        MATHML: {
-            "printed": formula,
-            "derived": "",
-            "corrected": "",
-            "finding": typeset_sentence(judgement.finding),
-            "reading": "",
-            **empty,
-        },
-        **empty,
-        **_place(case, number),
+        MATHML: _convert(statements, typeset_sentence),
     }
+    return record | facts
+
+
+def _convert(part: Any, write: Callable[[Any], str]) -> Any:
+    """Return statements written by a function of sentences: `str`, or what typesets them."""
+    if isinstance(part, dict):
+        return {name: _convert(value, write) for name, value in part.items()}
+    if isinstance(part, list):
+        return [_convert(value, write) for value in part]
+    if isinstance(part, Equation):
+        return _text(part) if write is str else typeset_equation(part)
+    return write(part)
 
 
 def _recorded(case: Case, number: str, key: str, outcome: Outcome) -> Record:
     """The record of an outcome."""
-    judgement, printed, meant = (
-        outcome.kindest.judgement,
-        outcome.kindest.printed,
-        derived_side(case, outcome.kindest),
-    )
-    derived = outcome.kindest.derived
+    hearing = outcome.kindest
+    judgement, printed, derived = hearing.judgement, hearing.printed, hearing.derived
+    meant = derived_side(case, hearing)
     flipped = derived and meant and meant.residual == -derived.residual
     gone = find_vanishing_terms(case, number, sp.S.NegativeOne if flipped else sp.S.One)
-    corrections = [join_parts("; ", edits) for edits in judgement.corrections]
-    missing, unexplained = _ordered(judgement.missing), _ordered(judgement.unexplained)
+    missing, unexplained = _sorted(judgement.missing), _sorted(judgement.unexplained)
     left = sp.Add(*missing, *(-term for term in unexplained))
     difference = [left] if left != 0 and meant else []
     shows = _has_formula(case, printed)
-    read = _read_as(case, number, outcome)
+    read = [case.read_as(number), hearing.choice.meaning]
+    edited = judgement.edited
     depends = [
         {
             "reading": h.choice.meaning,
@@ -328,62 +354,33 @@ def _recorded(case: Case, number: str, key: str, outcome: Outcome) -> Record:
         }
         for h in outcome.alternatives
     ]
-    return {
-        "paper": case.paper.name,
-        "equation": number,
-        "legibility": printed.legibility,
-        "rebuilt": list(printed.rebuilt),
-        "claims": str(printed.claims),
-        "verdict": judgement.verdict,
-        "finding": str(judgement.finding),
-        "fragile": is_fragile(judgement),
-        "correction": [str(text) for text in corrections],
-        "reading": str(read),
-        "answer": outcome.kindest.choice.meaning,
-        "depends": [{part: str(text) for part, text in reading.items()} for reading in depends],
-        "robust": outcome.robust,
-        "domain": str(judgement.domain),
-        "reasons": list(list_reasons(judgement, printed, case.subject.actions())),
-        "terms": _terms(case, missing, meant),
-        "unexplained": _terms(case, unexplained, meant) if meant else [],
-        "edited": ""
-        if judgement.edited is None
-        else _format_residual(judgement.edited, printed.relation),
-        "difference": next(iter(_terms(case, difference, meant)), None),
-        "vanishing": [_vanishing(v) for v in gone],
-        "printed": _text(printed) if shows else "",
-        "derived": _text(meant) if meant else "",
-        "defines": str(printed.defines or ""),
-        "key": key,
-        MATHML: {
-            "printed": typeset_equation(printed) if shows else "",
-            "derived": typeset_equation(meant) if meant else "",
-            "corrected": typeset_equation(judgement.corrected)
-            if shows and judgement.corrected
-            else "",
-            "finding": typeset_sentence(judgement.finding),
-            "correction": [typeset_sentence(text) for text in corrections],
-            "reading": typeset_sentence(read),
-            "depends": [
-                {part: typeset_sentence(text) for part, text in reading.items()}
-                for reading in depends
-            ],
-            "terms": [typeset_inline(term) for term in missing],
-            "unexplained": [typeset_inline(term) for term in unexplained],
-            "vanishing": [
-                {"term": typeset_inline(v.term), "because": typeset_sentence(v.because)}
-                for v in gone
-            ],
-        },
+    statements = {
+        "printed": printed if shows else "",
+        "derived": meant or "",
+        "corrected": judgement.corrected if shows and judgement.corrected else "",
+        "correction": [join_parts("; ", edits) for edits in judgement.corrections],
+        "reading": join_parts("; ", filter(None, read)),
+        "depends": depends,
+        "terms": missing,
+        "unexplained": unexplained,
+        "vanishing": [{"term": v.term, "because": v.because} for v in gone],
     }
-
-
-def _read_as(case: Case, number: str, outcome: Outcome) -> Said:
-    """Describe how symbols are read, and the answer that is assumed to an open question of the
-    paper.
-    """
-    chosen = outcome.kindest.choice.meaning
-    return join_parts("; ", [text for text in (case.read_as(number), chosen) if text])
+    return _build_record(
+        case,
+        printed,
+        judgement,
+        key,
+        statements,
+        answer=hearing.choice.meaning,
+        robust=outcome.robust,
+        terms=_terms(case, missing, meant),
+        unexplained=_terms(case, unexplained, meant) if meant else [],
+        edited="" if edited is None else _text(replace(printed, residual=edited)),
+        difference=next(iter(_terms(case, difference, meant)), None),
+        vanishing=[
+            {"term": str(v.term), "because": str(v.because), "printed": v.printed} for v in gone
+        ],
+    )
 
 
 def _describe_finding(judgement: Judgement) -> Said:
@@ -397,14 +394,6 @@ def _describe_finding(judgement: Judgement) -> Said:
     )
 
 
-def _ordered(terms: Iterable[Expr]) -> list[Expr]:
-    return sorted(terms, key=sp.default_sort_key)
-
-
-def _vanishing(term: Vanished) -> Record:
-    return {"term": str(term.term), "because": str(term.because), "printed": term.printed}
-
-
 def _has_formula(case: Case, printed: Equation) -> bool:
     """Return whether an equation can be shown by its residual: not if it is lost, nor if its text
     alone has it.
@@ -413,11 +402,7 @@ def _has_formula(case: Case, printed: Equation) -> bool:
 
 
 def _text(equation: Equation) -> str:
-    return _format_residual(equation.residual, equation.relation)
-
-
-def _format_residual(residual: Expr, relation: str) -> str:
-    return f"{residual} {relation} 0"
+    return f"{equation.residual} {equation.relation} 0"
 
 
 def _terms(case: Case, terms: Sequence[Expr], derived: Equation | None) -> list[Record]:

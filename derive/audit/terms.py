@@ -1,10 +1,12 @@
-"""Two equations as sums of terms, matched term by term; two inequalities by their sign."""
+"""Two equations as sums of terms, matched term by term; two inequalities by their sign; one to
+first order about an equilibrium.
+"""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import cache
 
 import mpmath
@@ -41,6 +43,11 @@ def largest_term(expr: Expr, point: Point) -> mpmath.mpf:
     return max((abs(point(term)) for term in expand_sum(expr)), default=mpmath.mpf(0))
 
 
+def list_unknown(expr: Expr, points: Iterable[Point]) -> list[str]:
+    """List the symbols of an expression that have no value at some of the points."""
+    return sorted({str(s) for point in points for s in expr.free_symbols if s not in point})
+
+
 def evaluate_at(expr: Expr, point: Point) -> mpmath.mpf | None:
     """Value of an expression at a point; None where it has no real one, as the arc sine of 2.
 
@@ -49,16 +56,62 @@ def evaluate_at(expr: Expr, point: Point) -> mpmath.mpf | None:
     try:
         return point(expr)
     except (NotEvaluated, ZeroDivisionError, TypeError):
-        if not all(symbol in point for symbol in expr.free_symbols):
+        if list_unknown(expr, [point]):
             raise
         return None
+
+
+def format_value(expr: Expr, point: Point) -> str:
+    """Return the value of an expression at a point in six digits."""
+    value = evaluate_at(expr, point)
+    return "no real value" if value is None else mpmath.nstr(value, 6)
+
+
+def holds(residual: Expr, points: Points) -> bool:
+    """Whether a residual vanishes at every point."""
+    return all(_vanishes(residual, point) for point in points)
+
+
+TERMS_AT_MOST = 10**6
+"""Terms of a summand multiplied out, at most: the largest of them is at least this share of the
+summand.
+
+What is small beside the summands is so beside the largest term too, so that nothing needs to be
+multiplied out.
+"""
+
+
+def _vanishes(residual: Expr, point: Point) -> bool:
+    remainder = evaluate_at(residual, point)
+    if remainder is None:
+        return False
+    summands = max(abs(point(summand)) for summand in sp.Add.make_args(residual))
+    if summands > 0 and abs(remainder) <= TOLERANCE * summands / TERMS_AT_MOST:
+        return True
+    if abs(remainder) > TOLERANCE * _bound_terms(residual, point):
+        return False
+    return abs(remainder) <= TOLERANCE * largest_term(residual, point)
+
+
+@cache
+def _bound_terms(expr: Expr, point: Point) -> mpmath.mpf:
+    """Return what no term of an expression multiplied out exceeds, found without multiplying it
+    out.
+    """
+    if isinstance(expr, sp.Add):
+        return sum((_bound_terms(summand, point) for summand in expr.args), mpmath.mpf(0))
+    if isinstance(expr, sp.Mul):
+        return mpmath.fprod(_bound_terms(factor, point) for factor in expr.args)
+    if isinstance(expr, sp.Pow) and expr.exp.is_Integer and expr.exp > 0:
+        return _bound_terms(expr.base, point) ** int(expr.exp)
+    return abs(point(expr))
 
 
 def find_largest_size(expr: Expr, cycle: Sequence[Point]) -> mpmath.mpf | None:
     """Return the largest size of an expression over a cycle; None if it has no real value at some
     point of it.
     """
-    if not all(symbol in point for symbol in expr.free_symbols for point in cycle):
+    if list_unknown(expr, cycle):
         return None
     values = [evaluate_at(expr, point) for point in cycle]
     return None if None in values else max((abs(v) for v in values if v is not None), default=None)
@@ -104,18 +157,27 @@ def _key(monomial: Expr, points: Points) -> tuple[int, Key]:
 class Match:
     """Terms that are left of two sums when equal terms are removed: of the first and of the
     second.
+
+    ``unlike`` counts the monomials that are left of both.
     """
 
     printed: tuple[Expr, ...]
     derived: tuple[Expr, ...]
-
-    @property
-    def equal(self) -> bool:
-        return not self.printed and not self.derived
+    unlike: int = field(default=0, compare=False)
 
     @property
     def size(self) -> int:
-        return len(self.printed) + len(self.derived)
+        """Return the number of monomials that differ."""
+        return len(self.printed) + len(self.derived) - self.unlike
+
+    @property
+    def unmatched(self) -> int:
+        """Return the distance of the second sum from the first; an unlike monomial counts half."""
+        return 2 * len(self.derived) - self.unlike
+
+    def vanishes(self, points: Points) -> bool:
+        """Whether what is left is zero as a whole, though not term by term."""
+        return holds(sp.Add(*self.printed, *(-term for term in self.derived)), points)
 
 
 def pair_monomials(printed: Sum, derived: Sum) -> Iterable[tuple[Expr, Rational, Rational]]:
@@ -136,49 +198,15 @@ def match_sums(printed: Sum, derived: Sum) -> Match:
     otherwise, in sign or size, is left whole, and so is the derived one.
     """
     left: tuple[list[Expr], list[Expr]] = [], []
+    unlike = 0
     for monomial, p, d in pair_monomials(printed, derived):
         if p != 0 and not ((d / p).is_Integer and d / p > 0):
             left[0].append(p * monomial)
             left[1].extend([d * monomial] if d != 0 else [])
+            unlike += d != 0
         elif p != d:
             left[1].append((d - p) * monomial)
-    return Match(tuple(left[0]), tuple(left[1]))
-
-
-@dataclass(frozen=True)
-class Gap:
-    """Difference of two sums in numbers of monomials: only in the first, in both unlike, only in
-    the second.
-    """
-
-    alien: int
-    unlike: int
-    lacking: int
-
-    @property
-    def size(self) -> int:
-        return self.alien + self.unlike + self.lacking
-
-    @property
-    def unexplained(self) -> int:
-        """Monomials of the first that are not as in the second."""
-        return self.alien + self.unlike
-
-    @property
-    def unmatched(self) -> int:
-        """Return the distance of the second sum from the first; an unlike monomial counts half."""
-        return self.unlike + 2 * self.lacking
-
-
-def measure_gap(printed: Sum, derived: Sum) -> Gap:
-    """Count the monomials of two sums that have no like."""
-    alien = sum(key not in derived for key in printed)
-    unlike = partial = 0
-    for key, (_, d) in derived.items():
-        if key in printed and (p := printed[key][1]) != d:
-            is_multiple = bool((d / p).is_Integer and d / p > 0)
-            partial, unlike = partial + is_multiple, unlike + (not is_multiple)
-    return Gap(alien, unlike, partial + sum(key not in printed for key in derived))
+    return Match(tuple(left[0]), tuple(left[1]), unlike)
 
 
 def overall_factor(printed: Sum, derived: Sum) -> Rational:
@@ -205,19 +233,6 @@ def common_factor(expr: Expr) -> Expr:
     bases = sorted(set().union(*powers), key=sp.default_sort_key)
     lowest = {base: min(exponents.get(base, S.Zero) for exponents in powers) for base in bases}
     return sp.Mul(*(base**power for base, power in lowest.items()))
-
-
-def remainder_vanishes(match: Match, points: Iterable[Point]) -> bool:
-    """Whether what is left is zero as a whole, though not term by term."""
-    for point in points:
-        if any(evaluate_at(t, point) is None for t in match.printed):
-            return False
-        with mpmath.workdps(DIGITS + GUARD):
-            values = [point(t) for t in match.printed] + [-point(t) for t in match.derived]
-            size = max((abs(v) for v in values), default=mpmath.mpf(0))
-            if abs(mpmath.fsum(values)) > TOLERANCE * size:
-                return False
-    return True
 
 
 SHARES = (-0.01, 0.01, 0.5)
@@ -271,3 +286,61 @@ def _moved(
     """The point with a symbol at the boundary, then on both sides of it."""
     for share in (0, *SHARES):
         yield Point(point.values() | {symbol: boundary + share * distance})
+
+
+STEPS = mpmath.mpf("1e-6"), mpmath.mpf("1e-7")
+"""Distances from an equilibrium: what is left of second order falls by a hundred from one to the
+other.
+"""
+STEEPEST = mpmath.mpf("0.02")
+"""Share to which a residual must fall: first order leaves a tenth, second order a hundredth."""
+FLATTEST = mpmath.mpf("0.05")
+"""Share to which the largest term must not fall: what has no term of first order was not
+linearised.
+"""
+
+
+@dataclass(frozen=True)
+class Equilibrium:
+    """An equilibrium in words, and points near it: along each direction, those at the distances of
+    `STEPS`.
+    """
+
+    name: str
+    directions: tuple[tuple[Point, ...], ...]
+    fixed: frozenset[sp.Symbol]
+    """Quantities that are data: they do not become small."""
+
+    def describes(self, residual: Expr, is_announced: bool) -> bool:
+        """Return whether a residual is that of a linearised equation, and vanishes here to first
+        order.
+
+        It must be linear in what moves, with a term that is: an equation that is not was not
+        linearised, and must hold as it stands. Where small motions are announced, products may have
+        been left, but no functions of what is small.
+        """
+        if not _is_linearised(residual, residual.free_symbols - self.fixed, is_announced):
+            return False
+        return all(_falls(residual, points) for points in self.directions)
+
+
+def _falls(residual: Expr, points: Sequence[Point]) -> bool:
+    """Whether a residual is of second order along a direction, or zero."""
+    outer, inner = (evaluate_at(residual, point) for point in points)
+    if outer is None or inner is None:
+        return False
+    largest, smaller = (largest_term(residual, point) for point in points)
+    with mpmath.workdps(DIGITS + GUARD):
+        is_zero = abs(outer) <= TOLERANCE * largest
+        return bool(
+            smaller >= FLATTEST * largest and (is_zero or abs(inner) <= STEEPEST * abs(outer))
+        )
+
+
+def _is_linearised(residual: Expr, moving: Collection[sp.Symbol], is_announced: bool) -> bool:
+    if not moving:
+        return False
+    above = sp.together(residual).as_numer_denom()[0]
+    if not above.is_polynomial(*moving):
+        return False
+    return is_announced or sp.Poly(above, *moving).total_degree() <= 1

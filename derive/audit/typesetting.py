@@ -33,7 +33,7 @@ class Said(str):
     pieces: tuple[Piece, ...]
 
     def __new__(cls, *pieces: Piece) -> Said:
-        opened = tuple(part for piece in pieces for part in parts(piece))
+        opened = tuple(part for piece in pieces for part in split_sentence(piece))
         self = super().__new__(cls, "".join(map(str, opened)))
         self.pieces = opened
         return self
@@ -42,7 +42,7 @@ class Said(str):
         return type(self), self.pieces
 
 
-def parts(piece: Piece) -> tuple[Piece, ...]:
+def split_sentence(piece: Piece) -> tuple[Piece, ...]:
     """The pieces of a sentence; a plain string or an expression is one."""
     return piece.pieces if isinstance(piece, Said) else (piece,)
 
@@ -112,7 +112,7 @@ class Presentation(Printer):
         raise TypeError(f"cannot set {type(expr).__name__} in {expr}")
 
     def _print_Symbol(self, expr: sp.Symbol) -> str:
-        return symbol(expr.name)
+        return typeset_symbol(expr.name)
 
     _print_Dummy = _print_Symbol
 
@@ -228,13 +228,13 @@ def typeset_inline(expr: Basic) -> str:
 def typeset_equation(equation: Equation) -> str:
     """An equation as a separate element, solved for what it defines."""
     text = f"{equation.residual} {equation.relation} 0"
-    left, right = sides(equation)
+    left, right = split_sides(equation)
     return _math(
         _set(_SETTER.terms(left), equation.relation, _SETTER.terms(right)), text, display=True
     )
 
 
-def sides(equation: Equation) -> tuple[Expr, Expr]:
+def split_sides(equation: Equation) -> tuple[Expr, Expr]:
     """Both sides as they are shown."""
     symbol = equation.defines
     if symbol is None or equation.residual.diff(symbol) != 1:
@@ -246,7 +246,7 @@ def typeset_sentence(sentence: Piece) -> str:
     """A sentence with the expressions in it typeset."""
     return "".join(
         typeset_inline(part) if isinstance(part, Basic) else escape(part, quote=False)
-        for part in parts(sentence)
+        for part in split_sentence(sentence)
     )
 
 
@@ -307,10 +307,10 @@ def _row(*content: str) -> str:
     return f"<mrow>{''.join(content)}</mrow>"
 
 
-def symbol(name: str) -> str:
+def typeset_symbol(name: str) -> str:
     """A name as a letter with index and dots.
 
-    >>> symbol("phi72_dot")
+    >>> typeset_symbol("phi72_dot")
     '<msub><mover><mi>φ</mi><mo stretchy="false">\\u02d9</mo></mover><mtext>72</mtext></msub>'
     """
     stem, _, last = name.rpartition("_")

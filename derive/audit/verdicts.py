@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from contextlib import ExitStack
 from functools import cache
@@ -13,9 +13,8 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from ..equations import ClaimError
 from . import key
-from .case import Case, references
+from .case import Case, judge_references
 from .judge import FAULTS, UNJUDGED
 from .laws import ChainLaws, attempted_violation, judge_laws, record_untried_law
 from .record import (
@@ -29,13 +28,11 @@ from .record import (
     index_records,
     is_reusable,
     record_equations,
-    record_unjudged,
 )
 
 SILENT = ("confirmed", "confirmed as rebuilt", "definition", "untested")
 """Verdicts that leave nothing to say but what a symbol is read as or what vanishes."""
 LAW_DIGITS = 4
-HEAD = ("| equation | claims to be | legibility | verdict | depends on |", "|---|---|---|---|---|")
 SOURCE = (
     "The machine-read text of each paper was audited, not its page images. Gaps that were filled "
     "in are listed",
@@ -66,48 +63,47 @@ def as_page(
         "",
         *SOURCE,
         "",
+        *format_overview(records),
     ]
-    lines += [*format_overview(records), ""]
     for paper, counts in count_verdicts(records).items():
-        lines += [
-            f"## {titles[paper]}",
-            "",
-            ", ".join(f"{n} {word}" for word, n in counts.items()) + ".",
-            "",
-        ]
         paper_records = [r for r in records if r["paper"] == paper]
-        lines += [*_causes(paper_records), *HEAD]
-        lines += [_row(r) for r in paper_records] + [""]
+        summary = ", ".join(f"{n} {word}" for word, n in counts.items())
+        lines += [f"## {titles[paper]}", "", f"{summary}.", "", *_causes(paper_records)]
+        lines += _table(
+            "equation | claims to be | legibility | verdict | depends on", map(_row, paper_records)
+        )
         for record in paper_records:
             lines += _paragraph(record)
-        lines += [
-            line
-            for reference in references
-            if reference["paper"] == paper
-            for line in _reference(reference)
-        ]
+        for reference in references:
+            lines += _reference(reference) if reference["paper"] == paper else []
     return "\n".join([*lines, *_list_laws(laws)])
+
+
+def _table(head: str, rows: Iterable[Iterable[object]]) -> list[str]:
+    """Return a table under a head of cells, nothing without rows."""
+    lines = [f"| {' | '.join(map(str, row))} |" for row in rows]
+    columns = head.count(" | ") + 1
+    return [f"| {head} |", f"|{'---|' * columns}", *lines, ""] if lines else []
 
 
 def format_overview(records: Sequence[Record]) -> list[str]:
     """A table of the papers: verdicts, equations at fault, causes, and what depends on a reading or
     a character.
     """
-    lines = [
-        "| paper | verdicts | at fault | causes | on a reading | on one character |",
-        "|---|---|---|---|---|---|",
-    ]
+    rows = []
     for paper, counts in count_verdicts(records).items():
         paper_records = [r for r in records if r["paper"] == paper]
-        verdicts = ", ".join(f"{n} {word}" for word, n in counts.items())
-        counts_at_fault = (
-            sum(r["verdict"] in FAULTS for r in paper_records),
-            len(group_causes(paper_records)),
-            sum(not r["robust"] for r in paper_records),
-            sum(r["fragile"] for r in paper_records),
+        rows.append(
+            (
+                paper,
+                ", ".join(f"{n} {word}" for word, n in counts.items()),
+                sum(r["verdict"] in FAULTS for r in paper_records),
+                len(group_causes(paper_records)),
+                sum(not r["robust"] for r in paper_records),
+                sum(r["fragile"] for r in paper_records),
+            )
         )
-        lines.append(f"| {paper} | {verdicts} | {' | '.join(map(str, counts_at_fault))} |")
-    return lines
+    return _table("paper | verdicts | at fault | causes | on a reading | on one character", rows)
 
 
 def _reference(reference: Record) -> list[str]:
@@ -128,15 +124,9 @@ def _reference(reference: Record) -> list[str]:
     ]
 
 
-def _row(record: Record) -> str:
-    cells = (
-        f"({record['equation']})",
-        record["claims"],
-        record["legibility"],
-        record["verdict"],
-        describe_basis(record),
-    )
-    return f"| {' | '.join(cells)} |"
+def _row(record: Record) -> list[str]:
+    cells = (record[key] for key in ("claims", "legibility", "verdict"))
+    return [f"({record['equation']})", *cells, describe_basis(record)]
 
 
 def describe_basis(record: Record) -> str:
@@ -158,21 +148,12 @@ def _causes(records: Sequence[Record]) -> list[str]:
     if not paper_causes:
         return []
     faulty = sum(1 for record in records if record["verdict"] in FAULTS)
-    lines = [
-        f"{faulty} equations are at fault, for {len(paper_causes)} causes.",
-        "",
-        "| cause | equations |",
-        "|---|---|",
-    ]
-    names = (
-        (cause["cause"], (e.partition(": ")[2] for e in cause["equations"]))
-        for cause in paper_causes
-    )
-    return [
-        *lines,
-        *(f"| {cause} | {', '.join(f'({n})' for n in numbers)} |" for cause, numbers in names),
-        "",
-    ]
+    rows = []
+    for cause in paper_causes:
+        numbers = (equation.partition(": ")[2] for equation in cause["equations"])
+        rows.append((cause["cause"], ", ".join(f"({number})" for number in numbers)))
+    count = f"{faulty} equations are at fault, for {len(paper_causes)} causes."
+    return [count, "", *_table("cause | equations", rows)]
 
 
 def _paragraph(record: Record) -> list[str]:
@@ -203,29 +184,23 @@ def _paragraph(record: Record) -> list[str]:
     return lines
 
 
-def _depends(readings: Sequence[Record]) -> Iterator[str]:
-    if readings:
-        yield "| reading | admitted by | verdict | finding |"
-        yield "|---|---|---|---|"
-        for reading in readings:
-            yield (
-                f"| "
-                f"{' | '.join(reading[key] for key in ('reading', 'because', 'verdict', 'finding'))} "
-                f"|"
-            )
-        yield ""
+def _depends(readings: Sequence[Record]) -> list[str]:
+    keys = ("reading", "because", "verdict", "finding")
+    rows = ([reading[key] for key in keys] for reading in readings)
+    return _table("reading | admitted by | verdict | finding", rows)
 
 
-def _sizes(name: str, terms: Sequence[Record]) -> Iterator[str]:
-    if terms:
-        yield f"| {name} | largest over the cycle | unit | share of the largest term |"
-        yield "|---|---|---|---|"
-        for t in terms:
-            yield (
-                f"| `{t['term']}` | {_number(t['max_abs'], 4)} | {t['unit']} | "
-                f"{_number(t['share_of_largest'], 3)} |"
-            )
-        yield ""
+def _sizes(name: str, terms: Sequence[Record]) -> list[str]:
+    rows = (
+        (
+            f"`{t['term']}`",
+            _number(t["max_abs"], 4),
+            t["unit"],
+            _number(t["share_of_largest"], 3),
+        )
+        for t in terms
+    )
+    return _table(f"{name} | largest over the cycle | unit | share of the largest term", rows)
 
 
 def _together(record: Record) -> Iterator[str]:
@@ -241,13 +216,9 @@ def _together(record: Record) -> Iterator[str]:
         yield ""
 
 
-def _vanishing(terms: Sequence[Record]) -> Iterator[str]:
-    if terms:
-        yield "| term that vanishes | because | printed |"
-        yield "|---|---|---|"
-        for t in terms:
-            yield f"| `{t['term']}` | {t['because']} | {'yes' if t['printed'] else 'no'} |"
-        yield ""
+def _vanishing(terms: Sequence[Record]) -> list[str]:
+    rows = ((f"`{t['term']}`", t["because"], "yes" if t["printed"] else "no") for t in terms)
+    return _table("term that vanishes | because | printed", rows)
 
 
 def _number(value: float | None, digits: int, absent: str = "no real value") -> str:
@@ -281,29 +252,24 @@ def _list_laws(records: Sequence[Record]) -> list[str]:
             "model computes, in which each symbol means what the equation that gives it says.",
             "",
         ]
-    lines += [
-        "| paper | law | broken by | read literally | unit | laid to | search |",
-        "|---|---|---|---|---|---|---|",
-    ]
+    rows = []
     for record in records:
         sets = [record["caused_by"], *record["or_by"]] if record["caused_by"] else []
-        laid = (
-            " or ".join(", ".join(f"({number})" for number in chosen) for chosen in sets) or "kept"
-        )
+        names = (", ".join(f"({number})" for number in chosen) for chosen in sets)
+        laid = " or ".join(names) or "kept"
         if record["violation"] is None:
             laid = record["owed"]
         sizes = (
             _number(record[key], LAW_DIGITS, "unknown")
             for key in ("violation", "violation_literal")
         )
-        cells = (record["paper"], record["law"], *sizes, record["unit"], laid, record["search"])
-        lines += [f"| {' | '.join(cells)} |"]
+        rows.append(
+            (record["paper"], record["law"], *sizes, record["unit"], laid, record["search"])
+        )
+    lines += _table("paper | law | broken by | read literally | unit | laid to | search", rows)
     lines += [
-        "",
         "What each of these equations does: what its repair alone takes away, what it alone "
         "leaves when all",
-    ]
-    lines += [
         "others are repaired, and its Shapley value, the mean over all orders of repair. These "
         "values add up to",
         "the violation; some may be negative, so that others exceed it.",
@@ -317,17 +283,12 @@ def _list_laws(records: Sequence[Record]) -> list[str]:
 def _shares(law: Record) -> list[str]:
     if not law["shares"]:
         return []
-    lines = [
-        f"**{law['law']}**: {law['owed']}",
-        "",
-        f"| equation | alone [{law['unit']}] | left | Shapley |",
-    ]
-    lines += ["|---|---|---|---|"]
-    sizes = (
-        (s["equation"], *(f"{s[key]:.4g}" for key in ("alone", "without", "shapley")))
-        for s in law["shares"]
-    )
-    return [*lines, *(f"| ({number}) | {' | '.join(values)} |" for number, *values in sizes), ""]
+    rows = []
+    for share in law["shares"]:
+        sizes = (f"{share[key]:.4g}" for key in ("alone", "without", "shapley"))
+        rows.append((f"({share['equation']})", *sizes))
+    head = f"equation | alone [{law['unit']}] | left | Shapley"
+    return [f"**{law['law']}**: {law['owed']}", "", *_table(head, rows)]
 
 
 FILES = ("audit.json", "audit_mathml.json", "AUDIT.md")
@@ -368,7 +329,9 @@ def judge_cases(modules: Iterable[ModuleType], committed: Path | None = None) ->
     records, laws = judge_modules(modules_, reusable, committed_records.get("laws", []))
     papers = {case.paper.name: _about(case) for case in find_cases(modules_).values()}
     titles = {name: about["title"] for name, about in papers.items()}
-    cross = [reference for case in find_cases(modules_).values() for reference in references(case)]
+    cross = [
+        reference for case in find_cases(modules_).values() for reference in judge_references(case)
+    ]
     rows = [
         row
         for c in find_cases(modules_).values()
@@ -402,94 +365,48 @@ def judge_modules(
     """Records of all equations and laws: known ones that still hold, and the rest, judged in
     parallel.
 
-    A chain is checked by its laws together with its equations, which their judgement decides: those
-    come first.
+    A paper is judged again as a whole. A chain is checked by its laws together with its equations,
+    which their judgement decides: those come first.
     """
-    cases_by_module = find_cases(modules)
-    for case in cases_by_module.values():
-        _ = (
-            case.points,
-            case.cycle,
-        )  # what has no values at all is an error of the subject, not of an equation
-    keys, records = {}, {}
-    for m, case in cases_by_module.items():
-        keys[m], failed = _keys(case)
-        records[m] = {n: failed.get(n) or known_records.get((case.paper.name, n)) for n in keys[m]}
-    laws = {
-        m: [r for r in known_laws if r["paper"] == case.paper.name]
-        for m, case in cases_by_module.items()
-        if case.chains
-    }
-    places = [(m, str(sys.modules[m].__file__)) for m in cases_by_module]
+    cases = find_cases(modules)
+    for case in cases.values():
+        # what has no values at all is an error of the subject, not of an equation
+        _ = case.points, case.cycle
+    keys = {m: key.equations_key(case) for m, case in cases.items()}
+    places = [(m, str(sys.modules[m].__file__)) for m in cases]
+    records: dict[str, dict[str, Record]] = {}
+    laws: dict[str, list[Record]] = {}
+    tasks: dict[str, list[Future[list[Record]]]] = {}
+    trials: dict[str, Future[list[Record]]] = {}
     with ExitStack() as open_pools:
 
         @cache
         def pool() -> Executor:
             return open_pools.enter_context(
-                ProcessPoolExecutor(initializer=load, initargs=(places,))
+                ProcessPoolExecutor(initializer=load_modules, initargs=(places,))
             )
 
-        trials: dict[str, Future[list[Record]]] = {}
-        tasks = {m: _submitted(pool, m, cases_by_module[m], keys[m], records[m]) for m in laws}
-        for m, case in cases_by_module.items():
-            if m in laws:
-                records[m] |= _results(tasks[m])
-                answers = {n: str(r["answer"]) for n in case.executed if (r := records[m][n])}
-                law_key = key.laws_key(case, case.select_choices(answers))
-                if not (laws[m] and all(is_reusable(r, law_key) for r in laws[m])):
-                    trials[m] = pool().submit(_laws, m, answers, law_key)
-        tasks |= {
-            m: _submitted(pool, m, cases_by_module[m], keys[m], records[m])
-            for m in cases_by_module
-            if m not in laws
-        }
-        for m, started in tasks.items():
-            records[m] |= _results(started)
+        for m in sorted(cases, key=lambda m: cases[m].chains is None):
+            case, name = cases[m], cases[m].paper.name
+            equations = case.paper.equations
+            old = {n: known_records.get((name, n), {}) for n in equations}
+            if all(is_reusable(record, keys[m]) for record in old.values()):
+                records[m] = old
+            else:
+                groups = dict.fromkeys(map(case.linked, equations))
+                tasks[m] = [pool().submit(_equations, m, group, keys[m]) for group in groups]
+            if case.chains is None:
+                continue
+            records[m] = _results(tasks.pop(m)) if m in tasks else records[m]
+            answers = {n: str(records[m][n]["answer"]) for n in case.executed}
+            law_key = key.laws_key(case, case.select_choices(answers))
+            laws[m] = [r for r in known_laws if r["paper"] == name]
+            if not (laws[m] and all(is_reusable(r, law_key) for r in laws[m])):
+                trials[m] = pool().submit(_laws, m, answers, law_key)
+        records |= {m: _results(started) for m, started in tasks.items()}
         laws |= {m: trial.result() for m, trial in trials.items()}
-    judged_equations = [
-        r for of_paper in records.values() for r in of_paper.values() if r is not None
-    ]
-    return judged_equations, [
-        _with_sentence(r, judged_equations) for of_paper in laws.values() for r in of_paper
-    ]
-
-
-def _keys(case: Case) -> tuple[dict[str, str], dict[str, Record]]:
-    """Keys of all equations of a paper, and records of those that cannot be compared: their key is
-    empty.
-    """
-    alone, failed = dict[str, str](), dict[str, Record]()
-    for number in case.paper.equations:
-        try:
-            alone[number] = key.sides_key(case, number)
-        except ClaimError:
-            raise
-        except (
-            Exception
-        ) as error:  # without a key there is no comparison to judge: one line, not the end
-            alone[number], failed[number] = str(error), record_unjudged(case, number, "", error)
-    return {
-        n: "" if n in failed else key.linked_key(n, [alone[o] for o in case.linked(n)])
-        for n in alone
-    }, failed
-
-
-def _submitted(
-    pool: Callable[[], Executor],
-    module: str,
-    case: Case,
-    keys: Mapping[str, str],
-    old: Mapping[str, Record | None],
-) -> list[Future[list[Record]]]:
-    """Judgement of every equation without a record that still holds, those together that share
-    questions.
-    """
-    still_open = [n for n in keys if not is_reusable(old[n], keys[n])]
-    groups = dict.fromkeys(case.linked(n) for n in still_open)
-    return [
-        pool().submit(_equations, module, {n: keys[n] for n in numbers if n in still_open})
-        for numbers in groups
-    ]
+    judged = [records[m][n] for m, case in cases.items() for n in case.paper.equations]
+    return judged, [_with_sentence(r, judged) for of_paper in laws.values() for r in of_paper]
 
 
 def _results(tasks: Iterable[Future[list[Record]]]) -> dict[str, Record]:
@@ -510,7 +427,7 @@ def _with_sentence(law: Record, equations: Iterable[Record]) -> Record:
     }
 
 
-def load(places: Iterable[Place]) -> None:
+def load_modules(places: Iterable[Place]) -> None:
     """Load modules that are not loaded yet, as in a process that is not forked: each from its
     file.
     """
@@ -521,8 +438,8 @@ def load(places: Iterable[Place]) -> None:
             spec.loader.exec_module(sys.modules[name])
 
 
-def _equations(module: str, keys: Mapping[str, str]) -> list[Record]:
-    return record_equations(_case(module), keys)
+def _equations(module: str, numbers: Sequence[str], its_key: str) -> list[Record]:
+    return record_equations(_case(module), numbers, its_key)
 
 
 def _laws(module: str, answers: Mapping[str, str], its_key: str) -> list[Record]:

@@ -15,7 +15,7 @@ from sympy.functions.elementary.piecewise import ExprCondPair
 from sympy.logic.boolalg import BooleanTrue
 
 from ..functions import Polynomial, TabulatedFunction, Turns
-from ..model import Event, Lane, Let, LinearSolve, Step, list_expressions, split_steps
+from ..model import COMMON, Event, Lane, Let, LinearSolve, Step, list_expressions, split_steps
 from ..quantity import Quantity, Vector, exact_power
 
 ATOM, POWER, FACTOR, PRODUCT, SUM, TEST = 5, 4, 3, 2, 1, 0
@@ -281,9 +281,6 @@ def count_operations(expr: Basic) -> int:
     if isinstance(expr, sp.Add | sp.Mul | sp.Min | sp.Max | sp.And | sp.Or | sp.Piecewise):
         return inner + len(expr.args) - 1
     return inner if isinstance(expr, ExprCondPair) else inner + 1
-
-
-COMMON = "common subexpression"
 
 
 @dataclass(frozen=True)

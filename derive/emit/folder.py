@@ -13,10 +13,9 @@ import sympy as sp
 from ..discovery import import_modules, list_offers
 from ..mechanics.driven_motion import DrivenLane
 from ..mechanics.gearing.pitch_curve import PitchCurve, length_parameters, scale_invariants
-from ..model import Event, System
+from ..model import COMMON, Event, System
 from ..quantity import OpenVector, Quantity, Vector, refuse_name, reserve
 from . import targets
-from .expression import COMMON
 from .text import Emitted, build_curve_functions, list_conditions, list_functions, pack_parameters
 
 
@@ -146,6 +145,7 @@ def build_sidecar(system: System, functions: Sequence[Emitted]) -> str:
         "inputs": _list_inputs(system),
         "begun": system.begun,
         "held": system.held_entries,
+        "added_inertia": system.added_inertia,
         "functions": {f.name: _function(f) for f in functions},
         "equations": sorted({s.source for f in functions for s in f.steps} - {COMMON}),
     }

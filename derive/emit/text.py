@@ -12,6 +12,7 @@ import sympy as sp
 from ..mechanics.gearing import pitch_curve as pc
 from ..mechanics.gearing.pitch_curve import Condition, PitchCurve
 from ..model import (
+    COMMON,
     Call,
     ClosedForm,
     Input,
@@ -28,7 +29,6 @@ from ..model import (
 )
 from ..quantity import OpenVector, Quantity, Vector
 from .expression import (
-    COMMON,
     Dialect,
     Printer,
     Schedule,

@@ -31,13 +31,17 @@ class Part:
     centroid: Point
     inertia: tuple[Expr, ...]
 
+    @property
+    def tensor(self) -> tuple[Triple, Triple, Triple]:
+        """Rows of the inertia [kg m2]."""
+        xx, yy, zz, xy, xz, yz = (*self.inertia, *[S.Zero] * (6 - len(self.inertia)))
+        return (xx, xy, xz), (xy, yy, yz), (xz, yz, zz)
+
     def momentum(self, spin: Vec) -> Vec:
         """Return the angular momentum about the centroid [kg m2/s] at a ``spin`` [rad/s], along the
         body's axes.
         """
-        xx, yy, zz, xy, xz, yz = (*self.inertia, *[S.Zero] * (6 - len(self.inertia)))
-        tensor = sp.Matrix([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-        x, y, z = tensor * sp.Matrix(spin.components)
+        x, y, z = sp.Matrix(self.tensor) * sp.Matrix(spin.components)
         return Vec(spin.frame, (x, y, z))
 
 
@@ -226,21 +230,20 @@ class Assembly:
         return Vec(vector.frame, tuple(symbols))
 
     def _wrench(self, action: Action, kind: Kind, pin: Pin) -> Vec:
-        force = action.force.resolved(pin.axes)
+        force = self.motion.resolve(action.force, pin.axes)
         if kind == "force":
             return force
-        return self.motion.arm(pin.at, action.at, pin.axes).cross(force) + action.moment.resolved(
-            pin.axes
-        )
+        moment = self.motion.resolve(action.moment, pin.axes)
+        return self.motion.arm(pin.at, action.at, pin.axes).cross(force) + moment
 
     def _inertia(self, body: Body, part: Part, kind: Kind, pin: Pin) -> Vec:
         """Weight less inertia force of a part, or their moment less the centroidal rate of spin."""
-        fall = self.gravity.resolved(pin.axes) - self.motion.acceleration(part.centroid, pin.axes)
+        gravity = self.motion.resolve(self.gravity, pin.axes)
+        fall = gravity - self.motion.acceleration(part.centroid, pin.axes)
         force = part.mass * fall
         if kind == "force":
             return force
-        angular = part.momentum(self.motion.spin(body.frame))
-        rate = self.motion.derivative(angular).resolved(pin.axes)
+        rate = self.motion.resolve(self.motion.momentum_rate(part, body.frame), pin.axes)
         return self.motion.arm(pin.at, part.centroid, pin.axes).cross(force) - rate
 
 
@@ -277,10 +280,9 @@ def body_loads(assembly: Assembly, body: Body, ground: Body) -> list[tuple[Vec, 
     """Weight and inertia of a body's parts, with how these move."""
     motion, world, loads = assembly.motion, ground.frame, []
     for part in body.parts:
-        spin = motion.spin(body.frame)
         fall = assembly.gravity - motion.acceleration(part.centroid, world)
-        loads.append((part.mass * fall, point_velocity(motion, part.centroid, world)))
-        loads.append((-motion.derivative(part.momentum(spin)), spin))
+        loads.append((part.mass * fall, motion.velocity(part.centroid, world)))
+        loads.append((-motion.momentum_rate(part, body.frame), motion.spin(body.frame)))
     return loads
 
 
@@ -345,8 +347,9 @@ def kinetic_energy(motion: Motion, bodies: Iterable[Body], world: Frame) -> Expr
     total = S.Zero
     for body in bodies:
         for part in body.parts:
-            speed, spin = point_velocity(motion, part.centroid, world), motion.spin(body.frame)
-            total += part.mass * speed.dot(speed) / 2 + part.momentum(spin).dot(spin) / 2
+            speed, spin = motion.velocity(part.centroid, world), motion.spin(body.frame)
+            turning = motion.angular_momentum(part, body.frame).dot(spin)
+            total += part.mass * speed.dot(speed) / 2 + turning / 2
     return total
 
 
@@ -376,7 +379,7 @@ def angular_momentum_residuals(assembly: Assembly, ground: Body, about: Point) -
     for body in assembly.bodies:
         for part in body.parts:
             fall = part.mass * (assembly.gravity - motion.acceleration(part.centroid, world))
-            rate = motion.derivative(part.momentum(motion.spin(body.frame))).resolved(world)
+            rate = motion.momentum_rate(part, body.frame).resolved(world)
             total = total + displacement(about, part.centroid, world).cross(fall) - rate
     return dict(zip(AXES, total.components, strict=True))
 
@@ -386,21 +389,14 @@ def _triple(components: Iterable[Expr]) -> Triple:
     return x, y, z
 
 
-def point_velocity(motion: Motion, point: Point, world: Frame) -> Vec:
-    """A point's velocity, in the world."""
-    origin = next(iter(point.chain()))
-    return motion.derivative(displacement(origin, point, world))
-
-
 def material_velocity(motion: Motion, body: Body, ground: Body, anchor: Anchor, at: Point) -> Vec:
     """Velocity of a body's own matter at a point, in the world."""
     world = ground.frame
     if body == ground:
         return zero(world)
     arm = displacement(anchor(body), at, world)
-    return point_velocity(motion, anchor(body), world) + motion.spin(body.frame).resolved(
-        world
-    ).cross(arm)
+    spin = motion.spin(body.frame).resolved(world)
+    return motion.velocity(anchor(body), world) + spin.cross(arm)
 
 
 def sliding_velocity(

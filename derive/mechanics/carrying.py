@@ -55,8 +55,8 @@ class RandomPoses:
     """Poses of a statement near its start, at the values of its table, or random ones where it
     gives none.
 
-    ``moving`` are its coordinates, ``parameters`` whatever else has any value, and ``steps`` its
-    named expressions.
+    ``moving`` are its coordinates, ``parameters`` whatever else has any value, ``steps`` its named
+    expressions, and ``further`` those that are evaluated at poses found.
     """
 
     def __init__(
@@ -66,9 +66,11 @@ class RandomPoses:
         moving: Sequence[Quantity],
         parameters: Sequence[Quantity],
         steps: Sequence[Let],
+        further: Sequence[Let],
     ) -> None:
         self._random = random.Random(0)  # one statement, one verdict
         self._steps, self._start, self._moving = steps, start, moving
+        self._further = further
         self._data: dict[sp.Symbol, float] = {
             q: self._random.uniform(0.5, 1.5) for q in table.values()
         }
@@ -85,7 +87,7 @@ class RandomPoses:
         """
         for spread in SPREADS:
             try:
-                return self._close(spread, gaps, slopes[: len(gaps)])
+                return self._finish(self._close(spread, gaps, slopes[: len(gaps)]))
             except (NotEvaluated, ZeroDivisionError, OverflowError, np.linalg.LinAlgError):
                 continue
             except UnknownNodeError:
@@ -100,10 +102,15 @@ class RandomPoses:
         """
         nothing = dict.fromkeys(rates, 0.0)
         rest, *more = (
-            self._at(pose.at, self._parameters | nothing | change).matrix([rows])[0]
+            self._finish(self._at(pose.at, self._parameters | nothing | change)).matrix([rows])[0]
             for change in ({}, *({rate: 1.0} for rate in rates))
         )
         return rest, np.array(more).T - rest[:, None]
+
+    def _finish(self, pose: Pose) -> Pose:
+        for step in self._further:
+            pose.point.set(step.symbol, pose.point(step.expr))
+        return pose
 
     def _close(self, spread: float, gaps: Sequence[Expr], slopes: Sequence[Sequence[Expr]]) -> Pose:
         data = Point(self._data)

@@ -14,6 +14,7 @@ from ..chain import STATES, BlockError, Chain, ChainError, ordered
 from ..equations import Definition, Equation, derived_equation
 from ..model import (
     MESHES,
+    PLACES,
     ClosedForm,
     Input,
     Lane,
@@ -41,7 +42,7 @@ from .bodies import (
     virtual_works,
 )
 from .frames import Frame, Vec, Z, displacement
-from .statement import MechanismError, Statement, place_functions, quantity
+from .statement import MechanismError, Statement, list_places, quantity
 
 LAW = "law_"
 """Beginning of the names of laws."""
@@ -156,7 +157,12 @@ def derive_driven_motion(
         acceleration=acceleration,
     )
     inputs: tuple[Packed, ...] = (angle, data, *stated.loops.inputs)
-    drawing_functions = place_functions(stated, inputs, _point_sources(stated))
+    drawing_functions = build_function(
+        PLACES,
+        list_places(stated, lambda point: displacement(stated.O, point, stated.world)),
+        inputs,
+        _point_sources(stated),
+    )
     mesh_functions = build_function(
         MESHES, (s for mesh in find_meshes(stated) for s in mesh.lets()), inputs, steps
     )

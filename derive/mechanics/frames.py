@@ -5,10 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import cache, cached_property, lru_cache, reduce
-from typing import TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 import sympy as sp
 from sympy import Expr, Matrix, S
+
+if TYPE_CHECKING:
+    from .bodies import Part
 
 Triple = tuple[Expr, Expr, Expr]
 Axis = tuple[int, int, int]
@@ -169,7 +172,7 @@ class Vec:
         Raises FrameError for a vector of another frame.
         """
         self._same_frame(other)
-        return self._with(Matrix(self.components).cross(Matrix(other.components)))
+        return Vec(self.frame, multiply_cross(self.components, other.components))
 
     def resolved(self, frame: Frame) -> Vec:
         """Return the same vector by its components in ``frame``, in the same unit."""
@@ -196,6 +199,12 @@ def _resolve(vector: Vec, frame: Frame) -> Vec:
     turns = _merge(inverse + vector.frame.turns())
     turned = reduce(lambda v, turn: rotation(*turn) * v, reversed(turns), Matrix(vector.components))
     return Vec(frame, tuple(turned))
+
+
+def multiply_cross(first: Triple, second: Triple) -> Triple:
+    """Return the components of a vector product, in the product of both units."""
+    (a, b, c), (x, y, z) = first, second
+    return b * z - c * y, c * x - a * z, a * y - b * x
 
 
 def zero(frame: Frame) -> Vec:
@@ -333,6 +342,25 @@ class Motion:
         vector's frame.
         """
         return self.derivative(vector) - self.spin(observer).resolved(vector.frame).cross(vector)
+
+    def resolve(self, vector: Vec, frame: Frame) -> Vec:
+        """Return a vector by its components in a frame."""
+        return vector.resolved(frame)
+
+    def velocity(self, point: Point, frame: Frame) -> Vec:
+        """Return the absolute velocity of a point [m/s], along the axes of ``frame``."""
+        origin = next(iter(point.chain()))
+        return self.derivative(displacement(origin, point, frame))
+
+    def angular_momentum(self, part: Part, frame: Frame) -> Vec:
+        """Return the angular momentum of a part about its centroid [kg m2/s], along the axes of the
+        `spin` of its ``frame``.
+        """
+        return part.momentum(self.spin(frame))
+
+    def momentum_rate(self, part: Part, frame: Frame) -> Vec:
+        """Return the rate of that [N m]."""
+        return self.derivative(self.angular_momentum(part, frame))
 
     def acceleration(self, point: Point, frame: Frame) -> Vec:
         """Return the absolute acceleration of a point [m/s2], along the axes of ``frame``."""

@@ -11,8 +11,8 @@ work and stay out. Gaps of closed loops and slips of rolling bodies vanish. Sour
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -22,6 +22,8 @@ from sympy import Expr, S
 from ..equations import Balance, Equation, Kind
 from ..functions import directional_derivative, partial_derivative
 from ..model import (
+    COMMON,
+    PLACES,
     ClosedForm,
     Let,
     Step,
@@ -32,18 +34,7 @@ from ..model import (
     sorted_steps,
 )
 from ..quantity import NONE, Quantity, Vector, dimension, of_unit
-from .bodies import (
-    AXES,
-    Action,
-    Body,
-    Part,
-    action_load,
-    body_loads,
-    kinetic_energy,
-    material_velocity,
-    point_velocity,
-    potential_energy,
-)
+from .bodies import AXES, Action, Assembly, Body, kinetic_energy, potential_energy
 from .carrying import (
     RandomPoses,
     count_rank,
@@ -52,9 +43,10 @@ from .carrying import (
     find_unsupported,
     null_space,
 )
-from .frames import Motion, Point, Vec, zero
-from .loops import Coordinate
-from .statement import MechanismError, Statement, check_unit, place_functions, quantity
+from .frames import Motion, Point, Vec, multiply_cross, zero
+from .motion_steps import MotionSteps, add_slopes
+from .recursion import ArticulatedInertias, Loads, Tree
+from .statement import MechanismError, Statement, check_unit, list_places, quantity
 
 _OF = {"rad": "m", "m": "1", "1": "m"}
 _FORCE = {"rad": "N m", "m": "N", "1": "N m"}
@@ -62,14 +54,13 @@ MOST_TOGETHER = 4
 """Coordinates that a reaction may act on at once where they move the same bodies: its formula grows
 with each.
 """
-_INERTIA = {("rad", "rad"): "kg m2", ("m", "rad"): "kg m", ("m", "m"): "kg"}
 
 
 def derive_free_motion(
     stated: Statement, time: Quantity, reported: Sequence[str | Quantity] | None
-) -> tuple[ClosedForm, ...]:
+) -> tuple[tuple[ClosedForm, ...], tuple[str, ...]]:
     """The functions that an integrator needs, and what is reported of a state and its
-    accelerations.
+    accelerations; then the names of given actions that depend on these.
 
     Raises MechanismError, ChainError or DimensionError where they cannot be derived.
     """
@@ -77,7 +68,8 @@ def derive_free_motion(
         raise MechanismError(
             f"{stated.name}: it has neither an angle to move along nor a coordinate to move in"
         )
-    return Free(stated, time).functions(reported)
+    motion = Free(stated, time)
+    return motion.functions(reported), tuple(motion.find_added_inertia())
 
 
 def symbolic_accelerations(stated: Statement, time: Quantity) -> tuple[Expr, ...]:
@@ -136,7 +128,7 @@ class Free:
         }
         self._sizes = {sp.Abs(u): names[u] for u in of_friction}
         self._flanks = {u: names[u] for u in of_flanks}
-        self._known_ways: dict[tuple[str, Kind, Point], dict[int, Vec]] = {}
+        self._cache_ways: dict[tuple[str, Kind, Point], dict[int, Vec]] = {}
         sizes = Vector("sizes", tuple(names.values()))
         self.loaded = (*self.inputs, sizes) if self._sizes else self.inputs
         self.balanced = (*self.inputs, sizes) if names else self.inputs
@@ -150,21 +142,9 @@ class Free:
         ``reported``.
         """
         self._refuse()
-        names, constrained_speeds = (
-            [str(c.value) for c in self.coordinates],
-            self._constrained_speeds(),
-        )
-        inertia, forces, starts = self._inertia(), self._forces(), self.stated.start_conditions
+        constrained_speeds = self._constrained_speeds()
+        starts = self.stated.start_conditions
         rows = {
-            "inertia": [
-                self._let(f"inertia_{a}_{b}", self._inertia_unit(c, d), inertia[i][j])
-                for i, (a, c) in enumerate(zip(names, self.coordinates, strict=True))
-                for j, (b, d) in enumerate(zip(names, self.coordinates, strict=True))
-            ],
-            "forces": [
-                self._let(f"force_{a}", _FORCE[c.value.unit], force)
-                for a, c, force in zip(names, self.coordinates, forces, strict=True)
-            ],
             "events": list(self._events()),
             "gaps": [self._let(name, "m", gap) for name, gap in self.stated.loops.gaps.items()],
             "start_gaps": [
@@ -193,13 +173,88 @@ class Free:
             ],
         }
         full = {name: [step for step in steps if step.expr != 0] for name, steps in rows.items()}
-        forms = [
-            self._form(name, self.loaded if name == "forces" else self.inputs, steps)
-            for name, steps in full.items()
-            if steps
+        forms = [self._form(name, self.inputs, steps) for name, steps in full.items() if steps]
+        return (
+            self._start(),
+            *self._residuals(),
+            *self._accelerations(),
+            *forms,
+            *self._outputs(reported),
+            *self._drawing_functions(),
+        )
+
+    @cached_property
+    def steps(self) -> MotionSteps:
+        """The motion in named steps."""
+        motion = self._write_steps(self._plain)
+        motion.name_accelerations(self.stated.list_centroids())
+        return motion
+
+    def _write_steps(self, plain: Callable[[Expr], Expr]) -> MotionSteps:
+        stated = self.stated
+        taken = {
+            *map(str, (*stated.given.values(), *self.state, *self.accelerations)),
+            *map(str, (*stated.assembly.unknowns, *self._sizes.values(), *self._flanks.values())),
+            *(str(step.symbol) for step in (*stated.named, *stated.reports)),
+            *(str(symbol) for _, symbols in stated.list_centroids() for symbol in symbols),
+        }
+        frames = [body.frame for body in stated.assembly.bodies]
+        return MotionSteps(self.motion, self.coordinates, plain, taken, frames)
+
+    def _write_residuals(self) -> list[Expr]:
+        return Loads(self.stated, self.steps, self._given_actions()).find_residuals()
+
+    def _residuals(self) -> tuple[ClosedForm, ...]:
+        """``residual_COORDINATE``: inertia times accelerations less forces."""
+        pairs = zip(self.coordinates, self._write_residuals(), strict=True)
+        lets = [
+            let(
+                quantity(f"residual_{c.value}", _FORCE[c.value.unit], f"residual of {c.value}"),
+                residual,
+                "residual: inertia times accelerations less forces",
+            )
+            for c, residual in pairs
         ]
-        drawing_functions = place_functions(self.stated, self.inputs, self.stated.named)
-        return (self._start(), *forms, *self._outputs(reported), *drawing_functions)
+        inputs = (*self.loaded, self.accelerations)
+        return (self._form("residual", inputs, lets, self.steps),)
+
+    def _accelerations(self) -> tuple[ClosedForm, ...]:
+        """The accelerations, where articulated inertias give them: of a tree without constraints,
+        whose loads do not depend on what is to be found.
+        """
+        if self._constrained_speeds() or self._sizes or self.find_added_inertia():
+            return ()
+        motion = self._write_steps(lambda expr: self._resting(self._plain(expr)))
+        loads = Loads(self.stated, motion, self._given_actions())
+        links = Tree(loads, len(self.coordinates)).links
+        if links is None:
+            return ()
+        ArticulatedInertias(loads, links, len(self.coordinates)).define_accelerations()
+        outputs = Vector("accelerations_outputs", self.accelerations.quantities)
+        steps = self._list_steps(motion, [], frozenset(outputs))
+        return (ClosedForm("accelerations", self.inputs, steps, outputs),)
+
+    def find_added_inertia(self) -> list[str]:
+        """Return the names of given actions that depend on accelerations."""
+        accelerations = frozenset(self.accelerations)
+        return [
+            action.name
+            for action in self._given_actions()
+            if any(
+                self._plain(component).free_symbols & accelerations
+                for component in (*action.force.components, *action.moment.components)
+            )
+        ]
+
+    def _drawing_functions(self) -> tuple[ClosedForm, ...]:
+        stated = self.stated
+        places = [
+            replace(step, source="derived: places")
+            for step in list_places(
+                stated, lambda point: self.steps.arm(stated.O, point, stated.world)
+            )
+        ]
+        return (self._form(PLACES, self.inputs, places, self.steps, PLACES),) if places else ()
 
     def solved(self) -> tuple[Expr, ...]:
         """Accelerations of the coordinates, if nothing holds them."""
@@ -207,7 +262,7 @@ class Free:
         return tuple(sp.Matrix(inertia).LUsolve(sp.Matrix(forces)))
 
     def project(self) -> tuple[list[list[Expr]], list[Expr]]:
-        """Inertia and forces on the coordinates' rates."""
+        """Inertia and forces on the coordinates' rates, without named steps."""
         if self._sizes:
             forces = ", ".join(str(size.args[0]) for size in self._sizes)
             raise MechanismError(
@@ -215,27 +270,34 @@ class Free:
                 f"the accelerations; "
                 "state the normal force of this friction as a value, or leave the friction out"
             )
-        return self._inertia(), self._forces()
+        residuals = self._write_residuals()
+        definitions: dict[sp.Symbol, Expr] = {}
+        for step in self.steps.steps:
+            definitions[step.symbol] = step.expr.xreplace(definitions)
+        residuals = [residual.xreplace(definitions) for residual in residuals]
+        inertia = [[partial_derivative(r, a) for a in self.accelerations] for r in residuals]
+        return inertia, [-self._resting(residual) for residual in residuals]
 
     def _start(self) -> ClosedForm:
         start = self.stated.loops.start | self.stated.start
-        steps = tuple(let(q, start.get(q, S.Zero)) for q in self.state)
-        return ClosedForm(
-            "start", (self.stated.data(),), steps, Vector("start_state", self.state.quantities)
-        )
+        steps = _note_once([let(q, start.get(q, S.Zero), "start") for q in self.state])
+        outputs = Vector("start_state", self.state.quantities)
+        return ClosedForm("start", (self.stated.data(),), tuple(steps), outputs)
 
     def _outputs(self, reported: Sequence[str | Quantity] | None) -> tuple[ClosedForm, ...]:
         """Build the functions that report a state, its accelerations and, if needed, the joints'
         actions.
         """
         stated = self.stated
+        defined = {step.symbol for step in self.steps.steps}
+        accelerations = [q for _, names in stated.list_centroids() for q in names if q in defined]
         energies = self._energies()
         reports = [*stated.reports, *stated.world_components(), *energies]
-        stated.name_accelerations()
         unknowns, reactions = stated.assembly.unknowns, self._reactions
         candidates = list(reactions.values()) if unknowns or reported is not None else []
         reportable = [
             *(n.symbol for n in stated.named),
+            *accelerations,
             *unknowns,
             *candidates,
             *(r.symbol for r in reports),
@@ -245,12 +307,12 @@ class Free:
                 dict.fromkeys([*map(str, reported), *(energy.symbol.name for energy in energies)])
             )
         requested = stated.chosen(reportable, reported)
-        steps = sorted_steps(needed((*stated.defined, *reports), frozenset(requested)))
+        steps = self._list_steps(self.steps, reports, frozenset(requested))
         taken = frozenset(requested).union(*(step.needs for step in steps))
         inputs = (*self.inputs, self.accelerations)
         if not (taken & {*unknowns, *candidates} or self._sizes):
             return (ClosedForm("lane", inputs, steps, Vector("outputs", requested)),)
-        rows = [self._row(equation) for equation in stated.equations()]
+        rows = [self._row(equation) for equation in stated.equations(self._assembly)]
         columns = self._carry(rows)
         used = [q for q in requested if q not in candidates or q in columns]
         if reported is not None and len(used) < len(requested):
@@ -262,7 +324,7 @@ class Free:
         actions = Vector("actions", (*unknowns, *columns))
         balances = [step for step in _steps_of_balances(rows, columns) if step.expr != 0]
         return (
-            self._form("balances", (*self.balanced, self.accelerations), balances),
+            self._form("balances", (*self.balanced, self.accelerations), balances, self.steps),
             ClosedForm("lane", (*inputs, actions), steps, Vector("outputs", tuple(used))),
         )
 
@@ -309,7 +371,12 @@ class Free:
         parameters = [self.inputs[0], *rates, *self._sizes.values(), *self._flanks.values()]
         starts = stated.loops.start | stated.start
         poses = RandomPoses(
-            stated.given, starts, [c.value for c in self.coordinates], parameters, stated.named
+            stated.given,
+            starts,
+            [c.value for c in self.coordinates],
+            parameters,
+            stated.named,
+            self.steps.steps,
         )
         pose = poses.draw([self._plain(gap) for gap in stated.loops.gaps.values()], slopes)
         if pose is None:
@@ -380,22 +447,24 @@ class Free:
             if isinstance(claim := row.equation.claims, Balance):
                 pin = stated.pin_of(bodies[claim.body])
                 for i, way in self._matter_ways(bodies[claim.body], claim.kind, pin.at).items():
-                    slopes[i] = way.resolved(pin.axes)[AXES.index(claim.axis)]
+                    slopes[i] = self.steps.resolve(way, pin.axes)[AXES.index(claim.axis)]
             motions.append(slopes)
         return motions
 
     def _matter_ways(self, body: Body, kind: Kind, at: Point) -> dict[int, Vec]:
         """Return slopes in the rates of a body's spin, or of its velocity at a point."""
         key = body.name, kind, at
-        if key not in self._known_ways:
-            stated = self.stated
-            speed = (
-                self.motion.spin(body.frame)
-                if kind == "moment"
-                else material_velocity(self.motion, body, stated.earth, stated.anchor, at)
-            )
-            self._known_ways[key] = self._ways(speed)
-        return self._known_ways[key]
+        if key not in self._cache_ways:
+            motion, spins = self.steps, self.steps.spin_ways(body.frame)
+            anchor, ways = self.stated.anchor(body), spins
+            if kind == "force":
+                arm = motion.reach(anchor, at)
+                swept = {i: multiply_cross(spin, arm) for i, spin in spins.items()}
+                ways = add_slopes([motion.velocity_ways(anchor), swept])
+            self._cache_ways[key] = {
+                i: Vec(self.stated.world, way) for i, way in ways.items() if any(way)
+            }
+        return self._cache_ways[key]
 
     def _reaction_loads(self, speed: Expr) -> list[Action]:
         """Return forces and moments on bodies whose power at all rates is that of a unit force on
@@ -454,104 +523,23 @@ class Free:
                 column.append(S.Zero)
                 continue
             pin = stated.pin_of(bodies[claim.body])
-            added = stated.assembly.loads(bodies[claim.body], pin, loads)
+            added = self._assembly.loads(bodies[claim.body], pin, loads)
             column.append(added[pin.asked.index((claim.kind, AXES.index(claim.axis)))])
         return column
+
+    @cached_property
+    def _assembly(self) -> Assembly:
+        """The assembly with its motion in named steps."""
+        return replace(self.stated.assembly, motion=self.steps)
 
     def _energies(self) -> tuple[Let, Let]:
         """Kinetic energy, and potential energy of weights and springs [J]."""
         stated, bodies = self.stated, self.stated.assembly.bodies
-        moving = kinetic_energy(self.motion, bodies, stated.world)
-        stored = sp.Add(*stated.potentials) + potential_energy(
-            stated.assembly, bodies, stated.origin, stated.world
-        )
+        moving = kinetic_energy(self.steps, bodies, stated.world)
+        lifted = potential_energy(self._assembly, bodies, stated.origin, stated.world)
+        stored = sp.Add(*stated.potentials) + lifted
         stored_name = quantity("potential", "J", "potential energy of weights and springs")
         return let(quantity("kinetic", "J", "kinetic energy"), moving), let(stored_name, stored)
-
-    def _inertia(self) -> list[list[Expr]]:
-        """Kinetic energy's slopes in two rates each; what given actions say of accelerations."""
-        count = len(self.coordinates)
-        total = [[S.Zero] * count for _ in range(count)]
-        for body, part in self._parts():
-            ways = self._ways(point_velocity(self.motion, part.centroid, self.stated.world))
-            turns = self._ways(self.motion.spin(body.frame))
-            rest = zero(self.stated.world), zero(body.frame)
-            moved = sorted(ways.keys() | turns.keys())
-            for i in moved:
-                push, twist = ways.get(i, rest[0]), part.momentum(turns.get(i, rest[1]))
-                for j in moved[: moved.index(i) + 1]:
-                    total[i][j] += part.mass * push.dot(ways.get(j, rest[0])) + twist.dot(
-                        turns.get(j, rest[1])
-                    )
-        added = [
-            [
-                -partial_derivative(push, a) if a in push.free_symbols else S.Zero
-                for a in self.accelerations
-            ]
-            for push in self._on_rates(self._given_loads())
-        ]
-        return [
-            [total[max(i, j)][min(i, j)] + added[i][j] for j in range(count)] for i in range(count)
-        ]
-
-    def _ways(self, speed: Vec) -> dict[int, Vec]:
-        """Slopes of a velocity in the rates of those coordinates that it depends on, by their
-        places.
-        """
-        x, y, z = map(self._plain, speed.components)
-        felt = x.free_symbols | y.free_symbols | z.free_symbols
-        return {
-            i: Vec(
-                speed.frame,
-                (
-                    partial_derivative(x, c.rate),
-                    partial_derivative(y, c.rate),
-                    partial_derivative(z, c.rate),
-                ),
-            )
-            for i, c in enumerate(self.coordinates)
-            if c.rate in felt
-        }
-
-    def _forces(self) -> list[Expr]:
-        """Virtual power on each coordinate's rate of given actions, weights, and what inertia does
-        at rest.
-        """
-        resting = [
-            (Vec(load.frame, tuple(self._resting(self._plain(c)) for c in load.components)), speed)
-            for load, speed in (*self._given_loads(), *self._body_loads())
-        ]
-        return self._on_rates(resting)
-
-    def _on_rates(self, loads: Sequence[tuple[Vec, Vec]]) -> list[Expr]:
-        """Virtual power of forces and moments at the velocities that they work on, on each
-        coordinate's rate.
-        """
-        total = [S.Zero] * len(self.coordinates)
-        for load, speed in loads:
-            push = Vec(load.frame, tuple(map(self._plain, load.components)))
-            for j, way in self._ways(speed).items():
-                total[j] += push.dot(way)
-        return total
-
-    def _given_loads(self) -> list[tuple[Vec, Vec]]:
-        stated = self.stated
-        return [
-            p
-            for a in self._given_actions()
-            for p in action_load(self.motion, a, stated.earth, stated.anchor)
-        ]
-
-    def _body_loads(self) -> list[tuple[Vec, Vec]]:
-        assembly = self.stated.assembly
-        return [
-            pair
-            for body in assembly.bodies
-            for pair in body_loads(assembly, body, self.stated.earth)
-        ]
-
-    def _parts(self) -> list[tuple[Body, Part]]:
-        return [(body, part) for body in self.stated.assembly.bodies for part in body.parts]
 
     def _refuse(self) -> None:
         """Raises DimensionError for a given action of another unit, MechanismError for friction
@@ -621,23 +609,48 @@ class Free:
         return expr.xreplace(dict.fromkeys(self.accelerations, S.Zero))
 
     def _form(
-        self, name: str, inputs: tuple[Vector | Quantity, ...], steps: Sequence[Let]
+        self,
+        name: str,
+        inputs: tuple[Vector | Quantity, ...],
+        steps: Sequence[Let],
+        motion: MotionSteps | None = None,
+        output: str = "",
     ) -> ClosedForm:
-        outputs = Vector(f"{name}_outputs", tuple(step.symbol for step in steps))
-        steps_before = (*self.stated.named, *self.stated.reports)
-        everything: tuple[Step, ...] = sorted_steps(
-            needed((*steps_before, *steps), frozenset(outputs))
+        outputs = Vector(output or f"{name}_outputs", tuple(step.symbol for step in steps))
+        listed = self._list_steps(motion, [*self.stated.reports, *steps], frozenset(outputs))
+        return ClosedForm(name, inputs, listed, outputs)
+
+    def _list_steps(
+        self, motion: MotionSteps | None, last: Sequence[Step], symbols: frozenset[sp.Symbol]
+    ) -> tuple[Step, ...]:
+        """Return what symbols need of named expressions, of the steps of a motion, which may need
+        these, and of last steps.
+        """
+        between = [] if motion is None else motion.steps
+        steps = needed((*self._named, *between, *last), symbols)
+        first, middle = set(map(id, self._named)), set(map(id, between))
+        return (
+            *sorted_steps([step for step in steps if id(step) in first]),
+            *_note_once([step for step in steps if id(step) in middle]),
+            *_note_once(sorted_steps([step for step in steps if id(step) not in first | middle])),
         )
-        return ClosedForm(name, inputs, everything, outputs)
+
+    @cached_property
+    def _named(self) -> tuple[Step, ...]:
+        return self.stated.defined
 
     @staticmethod
     def _let(name: str, unit: str, expr: Expr) -> Let:
         return let(quantity(name, unit, name.replace("_", " ")), expr)
 
-    @staticmethod
-    def _inertia_unit(a: Coordinate, b: Coordinate) -> str:
-        pair = sorted("rad" if c.value.unit == "1" else c.value.unit for c in (a, b))
-        return _INERTIA[pair[0], pair[1]]
+
+def _note_once(steps: Sequence[Step]) -> list[Step]:
+    """Return steps of which those that continue the one before have no note of their own."""
+    before = [None, *(step.source for step in steps)]
+    return [
+        replace(step, source=COMMON) if step.source == source else step
+        for step, source in zip(steps, before, strict=False)
+    ]
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from sympy import Expr, S
 from ..functions import switch
 from ..model import Event
 from ..quantity import Quantity
-from .bodies import AXES, SHAFT, Body, Part, Pin, point_velocity
+from .bodies import AXES, SHAFT, Body, Part, Pin
 from .contacts import Contacts, GearContact, slope_by_turning, turning_rate
 from .frames import Axis, Frame, Point, Vec, X, Y, Z, displacement, unit, zero
 from .impact import creeping
@@ -221,7 +221,7 @@ class Joints(Contacts):
         )
         arm = displacement(centre, contact, self.world)
         spin = self.motion.spin(on.frame).resolved(self.world)
-        slip = point_velocity(self.motion, centre, self.world) + spin.cross(arm)
+        slip = self.motion.velocity(centre, self.world) + spin.cross(arm)
         for i in _across(up):
             self.slips[f"slip_{name}{AXES[i]}"] = slip[i]
         self._joint(name, on, self.ground, contact, range(3), ())

@@ -495,7 +495,7 @@ class Mechanism(Joints):
                 },
                 supports=self.name_supports(lane.outputs.quantities),
             )
-        functions = derive_free_motion(self, TIME, reported)
+        functions, added_inertia = derive_free_motion(self, TIME, reported)
         return System(
             self.name,
             self.title,
@@ -508,4 +508,5 @@ class Mechanism(Joints):
             begun=tuple(map(str, self.start)),
             open_inputs=self.inputs,
             held_entries=None if self.held_entries is None else tuple(self.held_entries),
+            added_inertia=added_inertia,
         )

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from difflib import get_close_matches
 
 import sympy as sp
 from sympy import Expr, S
 
 from ..equations import Balance, Equation, Kind
-from ..model import PLACES, ClosedForm, Event, Let, Packed, Step, build_function, let
+from ..model import Event, Let, Step, let
 from ..quantity import DimensionError, Quantities, Quantity, Vector, dimension, of_unit, word
 from .bodies import AXES, EVERY, PLANE, Action, Asked, Assembly, Body, Pin
 from .frames import Frame, Motion, Point, Triple, Vec, displacement, zero
@@ -314,10 +314,11 @@ class Statement:
         self.slips[f"slip_{name}"] = slip
         self.reactive[f"slip_{name}"] = f"R_{name}"
 
-    def equations(self) -> list[Equation]:
+    def equations(self, assembly: Assembly | None = None) -> list[Equation]:
         r"""Return the balances of all bodies but the ground as equations ``residual = 0`` [N, N m].
 
-        Laws of contacts come first. A residual is the sum of the outer forces, the weight and the
+        ``assembly`` is that of the statement unless another motion is to be written in it. Laws of
+        contacts come first. A residual is the sum of the outer forces, the weight and the
         inertia forces (moments) on a body: it shows the sign of each. Raises DimensionError if
         terms of different units are added.
 
@@ -331,11 +332,10 @@ class Statement:
         beam: force along y of world | F_Ay - g*m
         beam: moment along z of world about O | M_Az - g*l*m
         """
-        bodies = [body for body in self.assembly.bodies if body not in (self.earth, *self.shared)]
-        balances = [e for body in bodies for e in self.assembly.balances(body, self.pin_of(body))]
-        return [
-            _consistent(e) for e in (*self.assembly.definitions(), *balances) if e.residual != 0
-        ]
+        assembly = assembly or self.assembly
+        bodies = [body for body in assembly.bodies if body not in (self.earth, *self.shared)]
+        balances = [e for body in bodies for e in assembly.balances(body, self.pin_of(body))]
+        return [_consistent(e) for e in (*assembly.definitions(), *balances) if e.residual != 0]
 
     def pin_of(self, body: Body) -> Pin:
         """Return how a body's balances are written: as stated, else about a joint (the ground's
@@ -373,23 +373,30 @@ class Statement:
         place = displacement(self.anchor(body), point, body.frame)
         return not any(self.motion.relative_derivative(place, body.frame).components)
 
-    def name_accelerations(self) -> None:
-        """Name the accelerations of all centroids, except those whose places have names."""
+    def list_centroids(self) -> Iterator[tuple[Point, list[Quantity]]]:
+        """Yield all centroids except those whose places have names, each with names for its
+        acceleration [m/s2] along the axes of the world.
+        """
         with_names = self.motion.accelerations.keys() | self.motion.places.keys()
         for body in self.assembly.bodies:
             for number, part in enumerate(body.parts, 1):
                 if part.centroid not in with_names:
-                    self._name_acceleration(body, part.centroid, f"_{number}" if number > 1 else "")
+                    label = f"a_{word(body.name)}" + (f"_{number}" if number > 1 else "")
+                    meaning = f"acceleration of the centroid of {body}"
+                    yield (
+                        part.centroid,
+                        [quantity(f"{label}_{a}", "m/s2", f"{meaning}, {a}") for a in AXES],
+                    )
 
-    def _name_acceleration(self, body: Body, centroid: Point, number: str) -> None:
-        named: list[Expr] = []
-        for axis, component in zip(
-            AXES, self.motion.acceleration(centroid, self.world).components, strict=True
-        ):
-            meaning = f"acceleration of the centroid of {body}, {axis}"
-            name = f"a_{word(body.name)}{number}_{axis}"
-            named.append(S.Zero if component == 0 else self.name_(name, "m/s2", meaning, component))
-        self.motion.accelerations[centroid] = Vec(self.world, to_triple(named))
+    def name_accelerations(self) -> None:
+        """Name the accelerations of these centroids."""
+        for centroid, symbols in self.list_centroids():
+            components = self.motion.acceleration(centroid, self.world).components
+            named = [
+                S.Zero if component == 0 else self.let(symbol, component)
+                for symbol, component in zip(symbols, components, strict=True)
+            ]
+            self.motion.accelerations[centroid] = Vec(self.world, to_triple(named))
 
     def told_in(self, speeds: Collection[Quantity]) -> dict[Quantity, Expr]:
         """Return the named expressions that depend on rates or accelerations, each expressed by
@@ -463,21 +470,16 @@ def _consistent(equation: Equation) -> Equation:
     return equation
 
 
-def place_functions(
-    stated: Statement, inputs: Sequence[Packed], before: Sequence[Step]
-) -> tuple[ClosedForm, ...]:
-    """``x_BODY__POINT`` and its like [m] for each body and each of its points, from what a lane
-    takes.
-
-    ``before`` are the steps that places may need.
+def list_places(stated: Statement, locate: Callable[[Point], Vec]) -> list[Let]:
+    """Return ``x_BODY__POINT`` and its like [m] for each body and each of its points, which are
+    located in the world.
     """
-    steps = (
+    return [
         step
         for body in stated.assembly.bodies
         for point in _points(stated, body)
-        for step in _place(stated, body, point)
-    )
-    return build_function(PLACES, steps, inputs, before)
+        for step in _place(stated.axes, locate(point), body, point)
+    ]
 
 
 def _points(stated: Statement, body: Body) -> Iterator[Point]:
@@ -490,10 +492,9 @@ def _points(stated: Statement, body: Body) -> Iterator[Point]:
     yield from dict.fromkeys([*acting, *(part.centroid for part in body.parts)])
 
 
-def _place(stated: Statement, body: Body, point: Point) -> list[Let]:
-    at = displacement(stated.O, point, stated.world)
+def _place(axes: Sequence[str], at: Vec, body: Body, point: Point) -> list[Let]:
     name = f"{word(body.name)}__{word(point.name)}"
     return [
         let(quantity(f"{axis}_{name}", "m", f"{point.name} of {body}, {axis}"), component)
-        for axis, component in zip(stated.axes, at.components, strict=False)
+        for axis, component in zip(axes, at.components, strict=False)
     ]

@@ -7,8 +7,8 @@ from functools import cache
 from pathlib import Path
 
 from book.keys import cell
-from planter.cli.explain.machine import draw_sheets, explain_machine
-from planter.cli.explain.results import ExplainedMachine, Meaning
+from planter.cli.explanation import draw_sheets, explain_machine
+from planter.cli.results import ExplainedMachine, Meaning
 from planter.report import style
 from planter.report.sheet import Sheet, draw_figure
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from itertools import groupby
 
 from book.keys import cell
-from planter.cli.explain import dictionary
+from planter.cli import dictionary
 
 HEAD = """\
 # File formats

@@ -7,11 +7,12 @@ from itertools import groupby
 from typing import TYPE_CHECKING
 
 import planter
-from planter.cli.explain import dictionary
+from planter.cli import dictionary
 from planter.papers.pickup.file import load_pickup as load_pick_up
+from planter.papers.planting import file as planting
 
 if TYPE_CHECKING:
-    from planter.cli.explain.results import Meaning
+    from planter.cli.results import Meaning
     from planter.files.document import Document
 
 HEAD = """\
@@ -25,7 +26,7 @@ BUILT_IN = {
     "clutch": (planter.load_clutch, "shi2021"),
     "mapping": (planter.load_poses, "sun2019-corrected"),
     "pickup": (load_pick_up, "yu2023"),
-    "planting": (planter.load_machine, "wang2017"),
+    "planting": (planting.load, "wang2017"),
 }
 MOST = 6
 """Values of a list that are shown."""

@@ -95,7 +95,7 @@ PAGES = {
     "running": Page(
         RUNNING,
         {
-            "Along an angle": "planter.load_mechanism planter.mechanism.model.Model",
+            "Along an angle": "planter.load_machine planter.mechanism.model.Model",
             "Free motion": "planter.mechanism.file.load planter.mechanism.dynamics.Dynamics "
             "planter.mechanism.dynamics.MotionRun planter.mechanism.dynamics.Equations "
             "planter.mechanism.ensemble.compute_ensemble planter.mechanism.ensemble.EnsembleSpec "

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from planter.cli.commands import cite_work, load_references
+from planter.cli.references import cite_work, load_references
 
 HEAD = """\
 # Works

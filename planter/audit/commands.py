@@ -10,8 +10,7 @@ import typer
 
 from planter.errors import InputError
 from planter.report.console import Console
-from planter.report.options import JsonOption, OutOption, list_allowed, refuse_unused
-from planter.report.writing import writes_files
+from planter.report.options import JsonOption, OutOption, list_allowed, refuse_unused, writes_files
 
 app = typer.Typer()
 

@@ -18,7 +18,7 @@ def _version(requested: bool) -> None:
         raise typer.Exit
 
 
-def common(
+def show_help(
     context: typer.Context,
     version: Annotated[
         bool, typer.Option("--version", callback=_version, is_eager=True, help="print the version")
@@ -35,14 +35,14 @@ def build_application() -> typer.Typer:
     """All commands under one name."""
     app = typer.Typer(
         name="planter",
-        help=common.__doc__,
+        help=show_help.__doc__,
         invoke_without_command=True,
         add_completion=True,
         pretty_exceptions_enable=False,
         rich_markup_mode=None,
         context_settings={"help_option_names": ["-h", "--help"]},
     )
-    app.callback()(common)
+    app.callback()(show_help)
     commands = join_applications(*(module.app for module in plugins.load_modules("commands")))
     app.registered_commands += sorted(map(_record, commands.registered_commands), key=_name)
     for group in commands.registered_groups:

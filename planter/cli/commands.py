@@ -1,12 +1,10 @@
 """Commands that belong to no machine: built-in files, derivation, schemas, topics of help, papers
-to cite.
+to cite, proofs, comparisons, meanings, this installation and its speed.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
-from functools import cache
+import json
 from importlib import resources
 from pathlib import Path
 from textwrap import fill
@@ -14,8 +12,10 @@ from typing import Annotated
 
 import typer
 
-from planter import paths, plugins
+from planter import paths
 from planter.cli.results import (
+    QUICK_WORKS,
+    WORKS,
     Citable,
     Citations,
     Cited,
@@ -30,105 +30,20 @@ from planter.errors import InputError
 from planter.files import derivation, examples
 from planter.report.console import Console
 from planter.report.folder import NAME
-from planter.report.options import JsonOption, list_allowed, refuse_unused
-from planter.report.writing import OverwriteOption
-from planter.text_files import parse_toml
-from planter.version import __version__
-
-FILE = "references.toml"
-OWN = "planter"
-"""Key of this program, on which every result rests."""
-_OURS = ("type", "for")
-"""Keys of the files that are no fields of BibTeX."""
-
-
-@dataclass(frozen=True)
-class References:
-    """Works by key, each a table of BibTeX's fields with `type` and its purpose `for`; keys of
-    works by command.
-    """
-
-    works: Mapping[str, Mapping[str, str]]
-    commands: Mapping[str, list[str]]
-
-
-@cache
-def load_references() -> References:
-    """Return the works of all packages; of a command in several files, works of machines precede
-    shared ones.
-    """
-    works: dict[str, Mapping[str, str]] = {}
-    commands: dict[str, list[str]] = {}
-    for package in sorted(
-        plugins.find_packages().values(), key=lambda package: package == __package__
-    ):
-        file = resources.files(package).joinpath(FILE)
-        if file.is_file():
-            table = parse_toml(file.read_text(encoding="utf-8"), file.name)
-            works |= table["works"]
-            for command, keys in table["commands"].items():
-                commands.setdefault(command, []).extend(keys)
-    return References(works, commands)
-
-
-def cite_works(name: str) -> list[Cited]:
-    """Return the works behind a command, this program first, or the work of a key.
-
-    Raises InputError for any other name.
-    """
-    index = load_references()
-    if name in index.works:
-        return [cite_work(name)]
-    if name in index.commands:
-        return [cite_work(key) for key in (OWN, *index.commands[name])]
-    names = [*index.works, *index.commands]
-    hint = paths.suggest_names(name, names, "planter cite lists the works and commands")
-    raise InputError.for_value(
-        "NAME", name, f"it is neither a work nor a command based on one, {hint}"
-    )
-
-
-def cite_work(key: str) -> Cited:
-    """Return the work of a key."""
-    fields = dict(load_references().works[key])
-    if key == OWN:
-        fields["version"] = __version__
-    return Cited(
-        key, fields.get("for", "this program"), format_line(fields), format_bibtex(key, fields)
-    )
-
-
-def format_line(fields: Mapping[str, str]) -> str:
-    """Return a work in one line.
-
-    >>> format_line({"author": "Shapley, Lloyd S.", "title": "A Value", "year": "1953", "pages": "307--317"})
-    'Shapley, Lloyd S.: A Value. 1953, pp. 307-317.'
-    """
-    authors = fields["author"].strip("{}").replace(" and others", " et al.").replace(" and ", "; ")
-    parts = [fields[key] for key in ("journal", "booktitle", "publisher", "year") if key in fields]
-    patterns = {
-        "version": "version {}",
-        "volume": "vol. {}",
-        "number": "no. {}",
-        "pages": "pp. {}",
-        "doi": "doi:{}",
-    }
-    parts += [
-        words.format(fields[key].replace("--", "-"))
-        for key, words in patterns.items()
-        if key in fields
-    ]
-    note = f" ({fields['note']})" if "note" in fields else ""
-    return f"{authors}: {fields['title']}. {', '.join(parts)}{note}."
-
-
-def format_bibtex(key: str, fields: Mapping[str, str]) -> str:
-    """Return a work as an entry of BibTeX; the capitals of its title are protected."""
-    entries = {name: value for name, value in fields.items() if name not in _OURS}
-    entries["title"] = f"{{{entries['title']}}}"
-    lines = [f"  {name} = {{{value}}}" for name, value in entries.items()]
-    return f"@{fields['type']}{{{key},\n" + ",\n".join(lines) + "\n}"
-
+from planter.report.options import (
+    HoldOption,
+    JsonOption,
+    ModelName,
+    ModelOption,
+    OutOption,
+    OverwriteOption,
+    SetOption,
+    SpeedOption,
+    list_allowed,
+    parse_changes,
+    refuse_unused,
+    writes_files,
+)
 
 app = typer.Typer()
 
@@ -212,7 +127,6 @@ def schema(
     """List the commands with a JSON schema, or print one schema."""
     console = Console(as_json)
     with console.outcome():
-        from planter import paths
         from planter.files import schema as schemas
 
         kinds, name = schemas.load_result_types(), " ".join(command or ())
@@ -240,8 +154,6 @@ def list_topics() -> list[str]:
 
 def read_topic(topic: str) -> str:
     """Return the page of a topic. Raises InputError for an unknown name."""
-    from planter import paths
-
     allowed = list_topics()
     if topic not in allowed:
         raise InputError.for_value("TOPIC", topic, paths.suggest_names(topic, allowed))
@@ -283,6 +195,8 @@ def cite(
     """List the works to cite for a command's result. For example: planter cite optimise --bibtex"""
     console = Console(as_json)
     with console.outcome():
+        from planter.cli.references import cite_works, load_references
+
         if not name:
             refuse_unused("without a NAME", "--bibtex")
             index = load_references()
@@ -334,3 +248,147 @@ def check_proof(
         console.result(result, lambda: print(result.describe()))
     if not result.valid:
         raise typer.Exit(1)
+
+
+@app.command()
+@writes_files("summary.json", "curves.csv", "report.html")
+def diff(
+    machines: Annotated[
+        list[str],
+        typer.Argument(
+            metavar="A B [C ...]",
+            help="two or more machines of one kind: files, or names of built-in ones",
+            show_default=False,
+        ),
+    ],
+    model: ModelOption = ModelName.exact,
+    quantity: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME", help="also compare this curve (repeatable)", show_default=False
+        ),
+    ] = None,
+    hold: HoldOption = None,
+    set_: SetOption = None,
+    speed_rpm: SpeedOption = None,
+    as_json: JsonOption = False,
+    out: OutOption = None,
+) -> None:
+    """Compare designs of one kind of machine side by side.
+
+    Values, results, requirements and curves have their differences from A.
+
+    The objective of A and the limits of all files are evaluated for every machine. `--set` and
+    `--speed-rpm` apply to all of them. For example: planter diff wang2017 out/optimum.toml --out
+    compared
+    """
+    console = Console(as_json)
+    with console.outcome():
+        from planter.cli.comparison_page import present_comparison
+        from planter.cli.machine_comparison import ComparisonOptions, compare_machines
+
+        options = ComparisonOptions(
+            parse_changes(set_), speed_rpm, model.value, hold or (), quantity or ()
+        )
+        present_comparison(compare_machines(machines, options)).show(console, out)
+
+
+@app.command()
+@writes_files("summary.json", "symbols.csv", "report.html")
+def explain(
+    name: Annotated[
+        str | None,
+        typer.Argument(
+            help="a symbol or key, as F_B1x, mass.sun_kg, range_N, tip_x_mm; or a machine",
+            show_default=False,
+        ),
+    ] = None,
+    key: Annotated[
+        str | None,
+        typer.Argument(help="with a machine: a symbol or key of it alone", show_default=False),
+    ] = None,
+    out: OutOption = None,
+    set_: SetOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Explain a symbol or a key: meaning, unit, source.
+
+    Of a machine, every value with its bounds, every quantity, and the functions; `--out` writes
+    its drawings with the symbols on them: `planter explain wang2017 --out drawn`.
+    """
+    console = Console(as_json)
+    with console.outcome():
+        from planter.cli import dictionary, explanation
+        from planter.files.examples import find_kind
+
+        if name is None:
+            refuse_unused("without a NAME", "--out", "--set")
+            names = dictionary.list_names()
+            console.result(names, lambda: explanation.show_names(names))
+        elif key is not None:
+            refuse_unused("with a KEY", "--out")
+            explained = explanation.explain_machine(name, parse_changes(set_))
+            meanings = explanation.find_meanings(explained, key)
+            console.result(meanings, lambda: explanation.show_meanings(meanings))
+        elif find_kind(name) or out is not None or set_:
+            sheets = explanation.draw_sheets(name, parse_changes(set_))
+            explained = explanation.explain_machine(name, parse_changes(set_), sheets)
+            explanation.present_machine(explained, sheets, out is not None).show(console, out)
+        else:
+            meanings = dictionary.explain_name(name)
+            console.result(meanings, lambda: explanation.show_meanings(meanings))
+
+
+@app.command()
+def doctor(
+    build: Annotated[
+        bool, typer.Option("--build", help="compile the functions of the built-in machine first")
+    ] = False,
+    as_json: JsonOption = False,
+) -> None:
+    """Show what is installed, and what would make it faster."""
+    console = Console(as_json)
+    with console.outcome():
+        from planter.cli.installation import MACHINE, examine_installation
+
+        result = examine_installation(build)
+        facts = result.versions | {"compiler": result.compiler, "cache": result.cache}
+        kernels = [(kernel.name, kernel.way, kernel.compiled) for kernel in result.kernels]
+
+        def print_tables() -> None:
+            console.table("This installation", ["", "result"], list(facts.items()))
+            console.table(f"Functions of {MACHINE}", ["function", "way", "compiled"], kernels)
+            title = "Optional parts: pip install 'planter[NAME]'"
+            console.table(title, ["name", "installed"], list(result.extras.items()))
+            console.table("What would help", ["missing", "what to do"], list(result.advice.items()))
+
+        console.result(result, print_tables)
+
+
+@app.command()
+@writes_files("bench.json", "bench.md")
+def bench(
+    quick: Annotated[
+        bool, typer.Option("--quick", help="under 45 s: cycle, cycle+gradient, optimise")
+    ] = False,
+    as_json: JsonOption = False,
+    out: OutOption = None,
+) -> None:
+    """Time all ways to evaluate a cycle, once they agree."""
+    console = Console(as_json)
+    with console.outcome():
+        from planter.cli import benchmark
+        from planter.report.files import write_bundle
+
+        result = benchmark.run_benchmark(QUICK_WORKS if quick else WORKS, console.progress)
+        tables = benchmark.tabulate_benchmark(result)
+        if out is not None:
+            content = json.dumps(result.table(), indent=2, allow_nan=False) + "\n"
+            markdown = benchmark.format_markdown(tables)
+            write_bundle(out, {"bench.json": content, "bench.md": markdown}, {})
+
+        def print_tables() -> None:
+            for title, (head, rows) in tables.items():
+                console.table(title, head, rows)
+
+        console.result(result, print_tables)

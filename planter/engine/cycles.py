@@ -154,7 +154,7 @@ class Cycles:
         if stacked.kernel.loop is None:
             raise NotPrintableError(f"{stacked.kernel.function.name()} is not evaluated in lanes")
         (fix,) = toolchain.load_functions(
-            backends.build_casadi_library(fixed.work), fixed.function.name()
+            backends.build_library(fixed.work, "casadi-c"), fixed.function.name()
         )
         text = resources.files(__package__).joinpath("cycles.c").read_text(encoding="utf-8")
         path = toolchain.build_library("cycles", text, toolchain.loop_flags(toolchain.OPTIMISED))
@@ -234,13 +234,13 @@ class Cycles:
         table[alive[failures == 1]] = np.nan
         return table
 
-    def run_row(self, x: Array, c: Array) -> Memory | None:
-        """Return where a row of values was evaluated, x (p,) and c (v - p,), or None if it failed.
+    def run_row(self, d: Array) -> Memory | None:
+        """Return where a row of values d (v,) was evaluated, or None if it failed.
 
         It is memory of this thread, until the next call. The machine has no loops.
         """
         memory = self._lent.memory
-        memory.d[: len(x)], memory.d[len(x) :] = x, c
+        memory.d[:] = d
         return None if self._run(*memory.arguments) else memory
 
 

@@ -7,8 +7,8 @@ from planter.engine.goal import Goal
 from planter.engine.machine import Machine
 from planter.engine.measures import Measure
 from planter.engine.problem import DesignProblem
+from planter.engine.solvers.curve_sum import Sampling
 from planter.engine.solvers.pareto import trace_pareto_front
-from planter.engine.solvers.range_variance import Sampling
 from planter.errors import InputError
 from planter.kernels import Array
 from planter.numerics.arrays import TURN

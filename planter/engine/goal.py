@@ -19,11 +19,19 @@ from planter.engine.curves import QuantityCurves
 from planter.engine.machine import Machine
 from planter.engine.measures import WITHOUT_SIZE, Kind, Limit, Measure, MeasureCondition
 from planter.engine.nodes import NodeMeasure
-from planter.engine.solvers.curve_sum import CurveJump, CurveSide, CurveStatistic, CurveSum
+from planter.engine.solvers.continuous_cycle import ContinuousCycle
+from planter.engine.solvers.curve_sum import (
+    CurveJump,
+    CurveSide,
+    CurveStatistic,
+    CurveSum,
+    Sampling,
+    find_spreads,
+)
 from planter.engine.solvers.cycle_panels import PanelCache
-from planter.engine.solvers.joined import JoinedObjective, ObjectivePart
+from planter.engine.solvers.joined import CurvedPart, JoinedObjective
 from planter.engine.solvers.objective import evaluate_summary, find_gradient
-from planter.engine.solvers.range_variance import CurveSumObjective, Sampling, find_spreads
+from planter.engine.solvers.sampled_cycle import SampledCycle
 from planter.errors import InputError
 from planter.files import units
 from planter.files.units import Unit, parse_unit
@@ -151,8 +159,8 @@ class MeasureCurves:
         worked = [m.name for m in spans if self._is_power(m)]
         names = [m.name for m in spans if m.name not in worked or not self._is_power(m)]
         self.worked, self.names = list(dict.fromkeys(worked)), list(dict.fromkeys(names))
-        held = [condition for m in spans for condition in list_conditions(machine, m)]
-        self.conditions = list(dict.fromkeys(held))
+        conditions = [each for m in spans for each in list_conditions(machine, m)]
+        self.conditions = list(dict.fromkeys(conditions))
 
     def _is_power(self, measure: Measure) -> bool:
         return measure.kind == "work" and self.machine.find_quantity(measure.name).unit != "N m"
@@ -176,16 +184,13 @@ class MeasureCurves:
         cyclic = [m for m in cyclic if m.kind != "jump"]
         partial = [m for m in terms if self._find_conditions(m)]
         jumps = [m for m in terms if m.kind == "jump"]
-        parts: list[ObjectivePart] = []
+        parts: list[CurvedPart] = []
         if sampling == "refined":
-            cyclic, partial = cyclic + partial, []
-        if cyclic:
-            panels = self.panels if sampling == "refined" else None
-            parts.append(CurveSumObjective(self.curves, self._build_sum(cyclic), sampling, panels))
-        for true in (partial, jumps):
-            if true:
-                total = self._build_sum(true)
-                parts.append(CurveSumObjective(self.curves, total, "refined", self.panels))
+            cyclic, partial = [], cyclic + partial
+        elif cyclic:
+            parts.append(SampledCycle(self.curves, self._build_sum(cyclic), sampling))
+        sums = [self._build_sum(true) for true in (partial, jumps) if true]
+        parts += [ContinuousCycle(self.panels, total) for total in sums]
         parts += [NodeMeasure(machine, m) for m in terms if not _is_span(m)]
         return JoinedObjective(parts, machine.design_names, widths, machine.design)
 
@@ -228,20 +233,13 @@ class MeasureCurves:
         size.
         """
         if not _is_span(measure):
-            return (
-                float(
-                    np.abs(
-                        NodeMeasure(self.machine, measure).nodes(self.machine.design).values
-                    ).max()
-                )
-                or 1.0
-            )
+            return abs(NodeMeasure(self.machine, measure).value(self.machine.design)) or 1.0
         factor = self.machine.find_quantity(measure.name).factor
         return float(find_spreads(self.curves)[self._find_row(measure)]) / factor
 
     def _find_conditions(self, measure: Measure) -> tuple[int, ...]:
-        held = list_conditions(self.machine, measure)
-        return tuple(self.conditions.index(condition) for condition in held)
+        conditions = list_conditions(self.machine, measure)
+        return tuple(map(self.conditions.index, conditions))
 
     def _find_row(self, measure: Measure) -> int:
         if self._is_power(measure):

@@ -12,7 +12,7 @@ import inspect
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, Protocol
 
 import casadi as ca
 import numpy as np
@@ -23,14 +23,14 @@ from planter.engine.measures import Limit, Measure, PointDistance, parse_distanc
 from planter.engine.piecewise import build_clearance, build_distance, build_separation, read_curve
 from planter.errors import InputError
 from planter.files import examples, units
-from planter.files.kinds import find_kind, load_part
+from planter.files.examples import find_kind, load_part
 from planter.files.spelling import find_spelled, list_spellings
 from planter.kernels import Array, Kernel
 
 if TYPE_CHECKING:
+    from planter.engine.sections import GeneticAlgorithm
     from planter.engine.solvers.constraints import Constraints
-    from planter.engine.solvers.range_variance import Sampling
-    from planter.engine.solvers.sections import GeneticAlgorithm
+    from planter.engine.solvers.curve_sum import Sampling
     from planter.files.document import Document
 
 Role = Literal["result", "law", "pivot", "states", "place", "distance", "size"]
@@ -240,6 +240,11 @@ class Machine:
         keys = [value.key for value in self.values]
         moved = [self.values[index] for index in self.moved]
         return tuple(value.key if keys.count(value.key) == 1 else value.path for value in moved)
+
+    @property
+    def moved_paths(self) -> tuple[str, ...]:
+        """Paths of the moved values."""
+        return tuple(self.values[index].path for index in self.moved)
 
     @property
     def scale(self) -> Array:
@@ -613,6 +618,19 @@ class Machine:
         return function(self.lane(phi, d, h, q), none, d) - function(none, none, d) / 2
 
 
+class HasMachine(Protocol):
+    """An object that states a machine of the engine."""
+
+    @property
+    def engine(self) -> Machine:
+        """The machine."""
+
+
+def to_machine(stated: Machine | HasMachine) -> Machine:
+    """Return a machine, or the one that an object states."""
+    return stated if isinstance(stated, Machine) else stated.engine
+
+
 def build_vectors(
     components: Mapping[str, tuple[str, ...]], quantities: Sequence[Quantity]
 ) -> Iterator[Vector]:
@@ -652,11 +670,30 @@ def _is_symmetric(total: ca.Function) -> bool:
     return abs(value - exchanged) <= 1e-12 * abs(value)
 
 
+def load_driven_machine(
+    source: str,
+    changes: Mapping[str, float] | None = None,
+    speed_rpm: float | None = None,
+    **choices: str,
+) -> Machine:
+    """Return the machine of a file, or of a built-in name, that an angle drives.
+
+    Raises InputError as `load_machine`, and for one that moves freely.
+
+    >>> load_driven_machine("wang2017", {"R3_mm": 31.0}).name
+    'wang2017'
+    """
+    machine = load_machine(source, changes, speed_rpm, **choices)
+    if machine.motion is not None:
+        message = f"no angle drives {machine.name}; run `planter move` for its free motion"
+        raise InputError(f"{source}: {message}")
+    return machine
+
+
 def load_machine(
     source: str,
     changes: Mapping[str, float] | None = None,
     speed_rpm: float | None = None,
-    is_driven: bool = True,
     **choices: str,
 ) -> Machine:
     """Return the machine of a file, or of a built-in name, some numbers [in the units of their
@@ -664,11 +701,8 @@ def load_machine(
 
     `changes` holds numbers by path or key, as ``{"r_mm": 50}``; `speed_rpm` is another speed of the
     drive [r/min]. Further keywords are choices that some machines leave, such as the model. Raises
-    InputError if there is no such machine, for an invalid number, for a choice that the machine
-    does not leave, and for one that moves freely where it must be driven by an angle.
-
-    >>> load_machine("wang2017", {"R3_mm": 31.0}).name
-    'wang2017'
+    InputError if there is no such machine, for an invalid number, or for a choice that the machine
+    does not leave.
     """
     module = find_kind(source) or load_part(source, "machines")  # which says what a file lacks
     if module is None:
@@ -681,9 +715,6 @@ def load_machine(
         if name not in inspect.signature(module.load).parameters:
             raise InputError(f"--{name} {choice} does not apply to {source}: it has one {name}")
     machine: Machine = module.load(source, changes or {}, **choices)
-    if is_driven and machine.motion is not None:
-        message = f"no angle drives {machine.name}; run `planter move` for its free motion"
-        raise InputError(f"{source}: {message}")
     return machine if speed_rpm is None else machine.with_speed(speed_rpm)
 
 

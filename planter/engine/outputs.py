@@ -11,21 +11,23 @@ import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from planter import paths
-from planter.engine.cycles import Cycles, CycleTerm, build_cycles
+from planter.engine.cycles import Cycles, CycleTerm, Memory, build_cycles
 from planter.engine.goal import Goal, find_display_unit, resolve_measure
-from planter.engine.machine import Machine, Quantity
+from planter.engine.machine import HasMachine, Machine, Quantity, to_machine
 from planter.engine.measures import AVERAGES, Kind, Measure, parse_measure
 from planter.engine.response import MachineResponse
 from planter.engine.rows import MachineRows, SampleBlock
+from planter.engine.solvers.objective import find_hessian
+from planter.engine.solvers.sampled_cycle import sample_angles
 from planter.engine.true_rows import KINDS, TrueRows
 from planter.errors import ComputationError, InputError
 from planter.files import units
-from planter.files.record import build_frame
+from planter.files.record import build_frame, format_table
 from planter.kernels import Array, CallError
 from planter.progress import Listener, ProgressPhase
 
@@ -318,6 +320,14 @@ class SampledOutputs:
             )
         return self._cycles[sloped]
 
+    def find_row_cycles(self) -> tuple[Cycles | None, Cycles | None]:
+        """Return the outputs compiled for single rows, without and with slopes of the first; None
+        where that takes more than a compiled call: closed loops, and what goals have.
+        """
+        if self._goals or self.machine.loops is not None:
+            return None, None
+        return self.find_cycles(), self.find_cycles(1)
+
     def _pair(self, count: int) -> list[tuple[int, int]]:
         """Return the pairs of an output, one of the first `count`, and the place of a quantity that
         it is made of.
@@ -458,8 +468,8 @@ class OutputBatch:
     """Outputs by name of many designs, (m, k), each in the unit that its name ends in; NaN without
     a cycle.
 
-    `gradient` (m, k, p) has the derivatives of each output in the design [1/SI], None if they were
-    not asked for.
+    `gradient` has the derivatives in the design [1/SI], None if they were not asked for: of each
+    output, (m, k, p), or, where none was named, of the objective, (m, p).
     """
 
     names: tuple[str, ...]
@@ -470,6 +480,11 @@ class OutputBatch:
         """Return an output (m,) by its name."""
         return np.asarray(self.values[:, self.names.index(name)])
 
+    @property
+    def objective(self) -> Array:
+        """The objective (m,) of the machine's file."""
+        return self[OBJECTIVE]
+
     def to_frame(self) -> DataFrame:
         """Return a table of pandas, a row for each design.
 
@@ -477,21 +492,32 @@ class OutputBatch:
         """
         return build_frame(dict(zip(self.names, self.values.T, strict=True)))
 
+    def _repr_html_(self) -> str:
+        ends = (np.nanmin(self.values, axis=0), np.nanmax(self.values, axis=0))
+        title = f"{len(self.values)} designs"
+        return format_table(title, ("", "least", "largest"), zip(self.names, *ends, strict=True))
 
-def evaluate_outputs(
-    machine: Machine,
+
+def evaluate_many(
+    stated: Machine | HasMachine,
     designs: Array,
-    outputs: Sequence[str],
     samples: int | None = None,
     progress: Listener | None = None,
     threads: int | None = None,
+    *,
     gradients: bool = False,
+    outputs: Sequence[str] = (),
 ) -> OutputBatch:
-    """Return outputs of a machine at designs (m, p) of its moved values [SI].
+    """Return outputs of a machine at designs (m, p) of its moved values [SI], with their
+    `gradients` if they are asked for.
 
+    Outputs are those of `planter sweep`, over `samples` of a cycle or true; without names it is the
+    objective of the file, over the samples of the file if it has some. `progress` receives the
+    number of evaluated designs. Beyond the result only some chunks are in memory, whatever m is.
     Raises InputError for an output that the machine does not have, or a machine without moved
     values; CallError for designs of another shape.
     """
+    machine = to_machine(stated)
     if not machine.moved:
         hint = 'give it [bounds], or choose some by machine.with_moved({"values.r_mm": (40, 60)})'
         raise InputError(f"{machine.source}: no values are to be varied; {hint}")
@@ -500,14 +526,14 @@ def evaluate_outputs(
             f"designs have the shape (m, {len(machine.moved)}), and were given as "
             f"{np.shape(designs)}"
         )
-    check_outputs(machine, outputs)
-    inputs = [machine.values[index].path for index in machine.moved]
-    sampled, count = (
-        SampledOutputs(machine, inputs, outputs, samples),
-        threads or os.cpu_count() or 1,
-    )
-    values = np.empty((len(designs), len(outputs)))
-    slopes = np.empty((*values.shape, len(inputs))) if gradients else None
+    if not outputs and machine.sampling != "refined":
+        samples = samples or machine.sampling
+    names = tuple(outputs) or ((OBJECTIVE,) if machine.objective else ())
+    check_outputs(machine, names)
+    sampled = SampledOutputs(machine, machine.moved_paths, names, samples)
+    count = threads or os.cpu_count() or 1
+    values = np.empty((len(designs), len(names)))
+    slopes = np.empty((*values.shape, len(machine.moved))) if gradients else None
     phase = ProgressPhase("evaluate", "design", len(designs), progress)
     for start in range(0, len(designs), CHUNK):
         part = slice(start, start + CHUNK)
@@ -518,7 +544,83 @@ def evaluate_outputs(
             values[part], chunk = sampled.gradients(points, count)
             slopes[part] = chunk / machine.scale
         phase.report(start + len(points))
-    return OutputBatch(tuple(outputs), values, slopes)
+    if slopes is not None and not outputs:
+        slopes = slopes[:, 0]
+    return OutputBatch(names, values, slopes)
+
+
+class CycleObjective:
+    """The objective of a machine's file over samples of a cycle, with exact derivatives; designs x
+    are (p,) of its moved values in SI.
+
+    Extremes stay at their samples, which are those of the file if `samples` is None. Functions are
+    compiled at the first use and stored in the user's cache; without a compiler evaluation is
+    slower. Threads may share an object: each has separate memory. Raises ComputationError for a
+    design without a finite objective, CallError for one of another shape or not finite.
+    """
+
+    def __init__(self, stated: Machine | HasMachine, samples: int | None = None) -> None:
+        self.stated, self.machine = stated, to_machine(stated)
+        self.samples = samples or self.machine.objective_samples
+        paths = self.machine.moved_paths
+        self._outputs = SampledOutputs(self.machine, paths, [OBJECTIVE], self.samples)
+        self._values, self._slopes = self._outputs.find_row_cycles()
+        if self._slopes is None:
+            self._outputs.rows.compile()
+            self._outputs.rows.compile_slopes(1)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Return what pickling saves: a copy has memory and compiled functions of its own."""
+        return CycleObjective, (self.stated, self.samples)
+
+    @property
+    def way(self) -> str:
+        """Backend that evaluates a cycle: `lanes`, or the fastest available one of the others."""
+        return self._outputs.rows.find_slopes(1).kernel.way
+
+    @property
+    def angles(self) -> Array:
+        """The samples [rad] that differ: a half turn of them where both halves are the same."""
+        return sample_angles(self.samples, self.machine.period, self.machine.turn)
+
+    def value(self, x: Array) -> float:
+        """Return the objective at a design."""
+        self._check(x)
+        if self._values is not None:
+            return float(self._run(self._values, x).outputs[0])
+        return float(self._outputs.slopes(x / self.machine.scale)[0][0])
+
+    def gradient(self, x: Array) -> tuple[float, Array]:
+        """Return the objective at a design and its gradient (p,) [1/SI]."""
+        self._check(x)
+        if self._slopes is not None:
+            memory = self._run(self._slopes, x)
+            return float(memory.outputs[0]), memory.gradients[0].copy()
+        values, slopes = self._outputs.slopes(x / self.machine.scale)
+        return float(values[0]), slopes[0] / self.machine.scale
+
+    def hessian(self, x: Array) -> Array:
+        """Return the Hessian (p, p) [1/SI2] at a design."""
+        self._check(x)
+        return find_hessian(self._goal.objective, x)
+
+    @cached_property
+    def _goal(self) -> Goal:
+        return Goal(self.machine, self._outputs.outputs[0].terms, (), self.samples)
+
+    def _run(self, cycles: Cycles, x: Array) -> Memory:
+        memory = cycles.run_row(self.machine.build_data(x))
+        if memory is None:
+            raise ComputationError(f"{self.machine.name}: no finite objective at {list(x)}")
+        return memory
+
+    def _check(self, x: Array) -> None:
+        if np.shape(x) != self.machine.design.shape:
+            raise CallError(
+                f"expected the shape {self.machine.design.shape}, and was given {np.shape(x)}"
+            )
+        if not np.isfinite(x).all():
+            raise CallError(f"a design must be finite, and was given as {list(x)}")
 
 
 def check_outputs(machine: Machine, names: Sequence[str]) -> None:

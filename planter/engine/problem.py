@@ -14,8 +14,8 @@ from planter.engine.machine import Machine
 from planter.engine.measures import Limit, Measure
 from planter.engine.outputs import OBJECTIVE, SampledOutputs
 from planter.engine.solvers.constraints import Constraints, DesignBox, join_constraints
+from planter.engine.solvers.curve_sum import Sampling
 from planter.engine.solvers.problem import MAX_VIOLATION, Problem
-from planter.engine.solvers.range_variance import Sampling
 from planter.errors import InputError
 from planter.kernels import Array
 
@@ -60,7 +60,7 @@ class DesignProblem(Problem):
     def _population(self) -> SampledOutputs:
         """The sum over samples of the cycle, for many designs at once."""
         machine = replace(self.machine, objective=self.goal.terms)
-        paths = [machine.values[index].path for index in machine.moved]
+        paths = machine.moved_paths
         return SampledOutputs(machine, paths, [OBJECTIVE], self.goal.samples or machine.samples)
 
     def merits(self, points: Sequence[Array]) -> Array:

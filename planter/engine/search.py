@@ -12,12 +12,12 @@ import numpy as np
 from planter import errors
 from planter.engine.goal import find_display_unit
 from planter.engine.problem import DesignProblem
+from planter.engine.sections import DEFAULT_GENETIC
 from planter.engine.solvers.constraints import FEASIBILITY_TOLERANCE
+from planter.engine.solvers.curve_sum import Sampling
 from planter.engine.solvers.local_search import DEFAULT_STARTS, Descent, SearchRecord, run_search
 from planter.engine.solvers.optimiser import METHODS, GeneticSettings, Method, OptimiserRun
-from planter.engine.solvers.range_variance import Sampling
 from planter.engine.solvers.result import NoFeasiblePointError, OptimiserResult
-from planter.engine.solvers.sections import DEFAULT_GENETIC
 from planter.errors import ComputationError, InputError
 from planter.kernels import Array
 from planter.progress import Listener, Progress

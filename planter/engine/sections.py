@@ -1,4 +1,6 @@
-"""The table of machine files that limits measures of a cycle, for every kind of machine."""
+"""Tables of machine files that say how to search, for every kind of machine: limits on measures of a
+cycle, and settings of the genetic algorithm.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +11,7 @@ from typing import Annotated, Any
 from pydantic import Field
 
 from planter.engine.measures import Limit, parse_limit
-from planter.files.fields import FileSection, Line
+from planter.files.fields import FileSection, Line, Probability, Share, Whole
 
 HOLD = "requirements.hold"
 """Path of the limits in files."""
@@ -48,3 +50,31 @@ def with_whole_limits(
         str(replace(limit, measure=limit.measure.with_whole_paths(source))) for limit in limits
     ]
     return {**table, "requirements": {**table["requirements"], "hold": texts}}
+
+
+class GeneticAlgorithm(FileSection):
+    """Settings of the genetic algorithm."""
+
+    individuals: Annotated[Whole, Field(ge=4, le=10_000)]
+    """size of the population"""
+    generations: Annotated[Whole, Field(ge=1, le=100_000)]
+    """number of generations"""
+    bits_per_variable: Annotated[Whole, Field(ge=2, le=52)]
+    """bits of the code of a variable"""
+    selection_ratio: Share
+    """share of the population that is selected as parents"""
+    crossover_probability: Probability
+    """probability that a pair of parents is crossed"""
+    mutation_probability: Probability
+    """probability that a bit is flipped"""
+
+
+DEFAULT_GENETIC = GeneticAlgorithm(
+    individuals=40,
+    generations=200,
+    bits_per_variable=20,
+    selection_ratio=0.8,
+    crossover_probability=0.75,
+    mutation_probability=0.01,
+)
+"""Settings for a file that has none."""

@@ -14,7 +14,7 @@ from planter.engine.goal import Goal
 from planter.engine.machine import Machine
 from planter.engine.measures import Measure, format_sum
 from planter.engine.response import open_response
-from planter.engine.solvers.range_variance import (
+from planter.engine.solvers.insensitive import (
     WEIGHT_TOLERANCE,
     InsensitiveDirections,
     find_insensitive,

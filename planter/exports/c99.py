@@ -61,15 +61,14 @@ def build_source_files(machine: Machine) -> dict[str, str]:
     Raises InputError for an objective of what the machine does not have.
     """
     text = MachineText(machine)
-    targets = {
-        f"{text.name}.h": "machine.h",
-        f"{text.name}.c": "machine.c",
-        f"{text.name}_main.c": "main.c",
+    parts = {
+        ".h": ("machine.h", text.header()),
+        ".c": ("machine.c", text.source()),
+        "_main.c": ("main.c", text.program()),
     }
-    parts = {"machine.h": text.header, "machine.c": text.source, "main.c": text.program}
     return {
-        target: read_template(file).substitute(text.common | parts[file]())
-        for target, file in targets.items()
+        text.name + end: read_template(template).substitute(text.common | fields)
+        for end, (template, fields) in parts.items()
     }
 
 
@@ -183,7 +182,7 @@ class MachineText:
     def _found_text(self) -> str:
         if not self.has_objective:
             return ""
-        names = ", ".join(field.name for field in self.goal.fields)
+        names = ", ".join(self.goal.fields)
         sum_ = (
             f"Objective {self.goal.text}, in units of the machine's file; range, variance and "
             f"mean of rows [SI]."
@@ -348,28 +347,17 @@ class MachineText:
             f"  for (long i = 0; i < angles; ++i)\n    if (!is_finite(phi[i])) return "
             f"{big}_NOT_FINITE;\n"
         )
-
-        def outputs(start: str, count: str) -> str:
-            places = [
-                start,
-                *(
-                    f"{start} + {'' if k == 1 else f'{k} * '}{big}_SIDE * {count}"
-                    for k in range(1, sides)
-                ),
-            ]
-            return ", ".join(
-                [
-                    *places,
-                    *([f"{start} + {sides} * {big}_SIDE * {count}"] if self.machine.totals else []),
-                ]
-            )
-
+        start, count = ("m->part", "count") if self.is_in_chunks else ("q", "angles")
+        outputs = [start, f"{start} + {big}_SIDE * {count}"]
+        outputs += [f"{start} + {k} * {big}_SIDE * {count}" for k in range(2, sides + 1)]
+        # the last is behind all sides, for what they do together
+        places = ", ".join(outputs if self.machine.totals else outputs[:sides])
         if not self.is_in_chunks:
-            return f"{check}  cycle(angles, phi, m->d, m->h, NULL, {outputs('q', 'angles')});"
+            return f"{check}  cycle(angles, phi, m->d, m->h, NULL, {places});"
         fields = {
             "chunk": CHUNK,
             "NAME": big,
-            "outputs": outputs("m->part", "count"),
+            "outputs": places,
             "place": _CHUNK_PLACES if self.coordinates else "",
             "guard": _CHUNK_GUARDS if self.guards else "",
         }
@@ -421,11 +409,11 @@ class MachineText:
                 "objective": "",
                 "first": "quantities",
             }
-        formats = "".join(f"{field.printed} %.17g\\n" for field in self.goal.fields)
+        formats = "".join(f"{printed} %.17g\\n" for printed in self.goal.fields.values())
         values = {
             "names": quote_strings(self.machine.design_names) or '""',
             "formats": formats,
-            "numbers": ", ".join(f"found.{field.name}" for field in self.goal.fields),
+            "numbers": ", ".join(f"found.{name}" for name in self.goal.fields),
         }
         objective = read_template("main_objective.c").substitute(self.common | values)
         return {

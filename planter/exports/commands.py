@@ -10,18 +10,19 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from planter.report.console import Console
-from planter.report.motion_formats import MotionFormat, describe_motion_formats
 from planter.report.options import (
     JsonOption,
     MachineArgument,
     ModelName,
     ModelOption,
+    MotionFormat,
     SetOption,
     SpeedOption,
+    describe_motion_formats,
     parse_changes,
     refuse_unused,
+    writes_files,
 )
-from planter.report.writing import writes_files
 
 if TYPE_CHECKING:
     from planter.engine.machine import Machine
@@ -97,10 +98,10 @@ def _load_subject(
 def _load_machine(
     source: str, model: ModelName, set_: Sequence[str] | None, speed_rpm: float | None
 ) -> Machine:
-    from planter.engine.machine import load_machine
+    from planter.engine.machine import load_driven_machine
 
     choices = {} if model is ModelName.exact else {"model": model.value}
-    return load_machine(source, parse_changes(set_), speed_rpm, **choices)
+    return load_driven_machine(source, parse_changes(set_), speed_rpm, **choices)
 
 
 def _write_files(console: Console, out: Path, texts: Mapping[str, str | bytes]) -> None:

@@ -118,23 +118,17 @@ def build_cycle(machine: Machine) -> ca.Function:
     """Return (phi, d, h, q) -> results of side 1, of side 2, .., of all sides together."""
     phi, d, h, q = machine.symbols
     sides = [machine.lane(phi + offset, d, h, q) for offset in machine.offsets]
-    results, total_results = (
-        [
-            i
-            for i, q in enumerate(q for q in machine.quantities if q.total == total)
-            if q.role == "result"
-        ]
-        for total in (False, True)
-    )
-    outputs, names = (
-        [side[results] for side in sides],
-        [f"side{index}" for index in range(1, 1 + len(sides))],
-    )
+    outputs = {f"side{k}": side[_list_results(machine, False)] for k, side in enumerate(sides, 1)}
     if machine.totals is not None:
-        outputs, names = [*outputs, machine.totals(*sides, d)[total_results]], [*names, "totals"]
-    return ca.Function(
-        "cycle", [phi, d, h, q], [ca.densify(output) for output in outputs], list(INPUTS), names
-    )
+        outputs["totals"] = machine.totals(*sides, d)[_list_results(machine, True)]
+    dense = [ca.densify(output) for output in outputs.values()]
+    return ca.Function("cycle", [phi, d, h, q], dense, list(INPUTS), list(outputs))
+
+
+def _list_results(machine: Machine, total: bool) -> list[int]:
+    """Return the places of results among the quantities of a side, or of all sides together."""
+    quantities = (q for q in machine.quantities if q.total == total)
+    return [index for index, q in enumerate(quantities) if q.role == "result"]
 
 
 @dataclass(frozen=True)
@@ -149,14 +143,6 @@ class SampledRow:
     def label(self) -> str:
         """The name as part of a C identifier."""
         return f"{'abs_' if self.absolute else ''}{self.quantity.name}"
-
-
-@dataclass(frozen=True)
-class ReportedField:
-    """A number that is reported of a cycle: its C name, and that with its SI unit."""
-
-    name: str
-    printed: str
 
 
 class SampledGoal:
@@ -209,11 +195,7 @@ class SampledGoal:
     @cached_property
     def nodes(self) -> tuple[tuple[int, float], ...]:
         """Rows and angles [rad] of values at single angles."""
-        at = [
-            (self._row(m), float(np.radians(m.angle % 360)))
-            for m in self.measures
-            if m.angle is not None
-        ]
+        at = [self._node(measure) for measure in self.measures if measure.angle is not None]
         return tuple(dict.fromkeys(at))
 
     @property
@@ -227,21 +209,16 @@ class SampledGoal:
         )
 
     @property
-    def fields(self) -> list[ReportedField]:
-        """The numbers that are reported of a cycle: the objective if there is one, then `FIELDS` of
-        each row.
+    def fields(self) -> dict[str, str]:
+        """The numbers that are reported of a cycle by their C names, each with its SI unit behind:
+        the objective if there is one, then `FIELDS` of each row.
         """
-        fields = [ReportedField("objective", "objective")] if self.measures else []
+        fields = {"objective": "objective"} if self.measures else {}
         for row in self.rows:
             suffix = f"_{row.label}" if len(self.rows) > 1 else ""
-            unit = row.quantity.unit
             for name in FIELDS:
-                field = f"{name}{suffix}"
-                fields.append(
-                    ReportedField(
-                        field, f"{field}{_unit_suffix(unit, 2 if name == 'variance' else 1)}"
-                    )
-                )
+                unit = _unit_suffix(row.quantity.unit, 2 if name == "variance" else 1)
+                fields[name + suffix] = f"{name}{suffix}{unit}"
         return fields
 
     @property
@@ -274,15 +251,18 @@ class SampledGoal:
     def _row(self, measure: Measure) -> int:
         return self._names.index((measure.name, measure.size))
 
+    def _node(self, measure: Measure) -> tuple[int, float]:
+        assert measure.angle is not None
+        return self._row(measure), float(np.radians(measure.angle % 360))
+
     def _evaluate(self, measure: Measure, d: ca.SX, statistics: ca.SX, nodes: ca.SX) -> ca.SX:
         """Return a measure in its display unit."""
         machine, row = self.machine, self._row(measure)
         if measure.angle is not None:
-            value = nodes[self.nodes.index((row, float(np.radians(measure.angle % 360))))]
+            value = nodes[self.nodes.index(self._node(measure))]
             return value / find_display_unit(machine, measure).factor
-        high, low, mean, variance = (
-            statistics[len(STATISTICS) * row + i] for i in range(len(STATISTICS))
-        )
+        first = len(STATISTICS) * row
+        high, low, mean, variance = ca.vertsplit(statistics[first : first + len(STATISTICS)])
         values = {
             "max": high,
             "min": low,

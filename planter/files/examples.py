@@ -7,8 +7,10 @@ import os
 import re
 from collections.abc import Mapping
 from functools import cache
+from importlib import import_module
 from importlib.resources.abc import Traversable
 from pathlib import Path
+from types import ModuleType
 from typing import Any, Literal
 
 from planter import paths, plugins, safe_text
@@ -191,3 +193,29 @@ def _files(kind: str | None) -> list[Traversable]:
     packages = [kind] if kind else sorted(by_package)
     folders = [by_package[package] for package in packages if package in by_package]
     return [file for folder in folders for file in folder.iterdir() if file.name.endswith(SUFFIXES)]
+
+
+def find_kind(source: str) -> ModuleType | None:
+    """Return the module `machines` of the package that takes a source, or None."""
+    for name, package in plugins.find_packages().items():  # no other package's machines are loaded
+        tables = getattr(import_module(package), "OWN_TABLES", None)
+        if tables is not None and belongs_to_package(source, name, tables):
+            return import_module(f"{package}.machines")
+    for module in plugins.load_modules("machines"):
+        if hasattr(module, "takes") and module.takes(source):
+            return module
+    return None
+
+
+def load_part(source: str, part: str) -> ModuleType | None:
+    """Return a module by its name of the package that takes a source, or of the one whose files a
+    file resembles.
+
+    None if there is no such package, or if it has no such module.
+    """
+    kind = find_kind(source)
+    for module in plugins.load_modules(part):
+        package = plugins.name_package(module)
+        if package == plugins.name_package(kind) if kind else resembles_package(source, package):
+            return module
+    return None

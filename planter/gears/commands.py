@@ -18,8 +18,8 @@ from planter.report.options import (
     SpeedOption,
     find_unused,
     parse_changes,
+    writes_files,
 )
-from planter.report.writing import writes_files
 
 app = typer.Typer()
 
@@ -256,13 +256,13 @@ def gears(
                 "goes with MACHINE, not with --curve",
                 {**stages, "--set": set_, "--speed-rpm": speed_rpm},
             )
-            gears_ = gear_set.cut_curve(curve, mate, request.GearTurns.parse(turns), options)
+            gear_pairs = gear_set.cut_curve(curve, mate, request.GearTurns.parse(turns), options)
         else:
             assert machine is not None
             _check("goes with --curve, not with MACHINE", {"--mate": mate, "--turns": turns != "1"})
-            gears_ = gear_set.cut_machine(machine, options)
+            gear_pairs = gear_set.cut_machine(machine, options)
         farther = centre_error_mm * 1e-3
-        result = gear_set.make_gears(gears_, settings, farther, out, console.progress)
+        result = gear_set.make_gears(gear_pairs, settings, farther, out, console.progress)
         present_gears(result).show(console)
 
 

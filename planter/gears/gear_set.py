@@ -15,7 +15,7 @@ import shapely
 from planter import text_files
 from planter.errors import GeometryError, InputError
 from planter.files import examples
-from planter.files.kinds import load_part
+from planter.files.examples import load_part
 from planter.gears.geometry import cutting
 from planter.gears.geometry.contacts import Contacts
 from planter.gears.geometry.cutting import ToothedPair, ToothOrder, cut_teeth

@@ -62,15 +62,14 @@ class GearPart:
     @cached_property
     def teeth(self) -> Arcs:
         """The outline as arcs."""
-        return arcs.fit_arcs(self.placed.gear.outline(), self.settings.tolerance).arcs
+        return arcs.fit_arcs(self.placed.gear.outline(), self.settings.tolerance)
 
     @cached_property
     def pitch(self) -> Arcs:
         """The pitch curve as arcs."""
         gear, tolerance = self.placed.gear, 10 * self.settings.tolerance
-        return arcs.fit_arcs(
-            [gear.pitch_line], tolerance, not isinstance(gear, IncompleteGear)
-        ).arcs
+        closed = not isinstance(gear, IncompleteGear)
+        return arcs.fit_arcs([gear.pitch_line], tolerance, closed)
 
     @cached_property
     def bore(self) -> Bore | None:

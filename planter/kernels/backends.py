@@ -309,58 +309,34 @@ def _side_by_side(elements: Array, height: int, width: int) -> Array:
     return elements.reshape(width, height, lanes).transpose(1, 2, 0).reshape(height, lanes * width)
 
 
-def build_virtual_machine(work: LaneTask) -> Backend:
-    return VirtualMachine(work)
-
-
-def print_casadi_c(work: LaneTask) -> str:
-    """A function in CasADi's own C."""
-    generator = ca.CodeGenerator(f"{work.function.name()}.c")
-    generator.add(work.function)
-    return str(generator.dump())
-
-
-def build_casadi_library(work: LaneTask) -> Path:
-    """The library of a function in CasADi's own C. Raises CompilerError."""
-    return toolchain.build_library(*_library_source(work, "casadi-c"))
-
-
-def build_casadi_backend(work: LaneTask) -> Backend:
-    """A function in CasADi's own C. Raises CompilerError."""
-    path, name = build_casadi_library(work), work.function.name()
-    toolchain.load_functions(path, name)
-    return VirtualMachine(work, ca.external(name, str(path)))
-
-
-def build_lane_library(work: LaneTask) -> Path:
-    """Return the library of a function as a loop over lanes.
-
-    Raises CompilerError or NotPrintableError.
-    """
-    return toolchain.build_library(*_library_source(work, "lanes"))
-
-
-def build_lane_backend(work: LaneTask) -> Backend:
-    """A function as a loop over lanes. Raises what `lane_library` raises."""
-    return LaneBackend(work, build_lane_library(work))
-
-
-def library_path(work: LaneTask, way: str) -> Path:
-    """Return the path of the library of a way, `lanes` or `casadi-c`, existing or not.
-
-    Raises CompilerError.
-    """
-    return toolchain.library_path(*_library_source(work, way))
-
-
 def _library_source(work: LaneTask, way: str) -> tuple[str, str, tuple[str, ...]]:
     """Name, C text and flags of a function's library in a way, `lanes` or `casadi-c`.
 
     Raises what its text raises.
     """
+    name = work.function.name()
     if way == "lanes":
-        return work.function.name(), work.loop, toolchain.loop_flags(work.passes)
-    return work.function.name(), print_casadi_c(work), work.passes
+        return name, work.loop, toolchain.loop_flags(work.passes)
+    generator = ca.CodeGenerator(f"{name}.c")
+    generator.add(work.function)
+    return name, str(generator.dump()), work.passes
+
+
+def build_library(work: LaneTask, way: str) -> Path:
+    """Return the library of a function in a way, `lanes` or `casadi-c`.
+
+    Raises CompilerError, or NotPrintableError for a loop over lanes.
+    """
+    return toolchain.build_library(*_library_source(work, way))
+
+
+def build_compiled(work: LaneTask, way: str) -> Backend:
+    """Return a function in a way, `lanes` or `casadi-c`. Raises what `build_library` raises."""
+    path, name = build_library(work, way), work.function.name()
+    if way == "lanes":
+        return LaneBackend(work, path)
+    toolchain.load_functions(path, name)
+    return VirtualMachine(work, ca.external(name, str(path)))
 
 
 def predict_backend(work: LaneTask) -> str:
@@ -383,7 +359,9 @@ def is_compiled(work: LaneTask) -> bool:
     """Whether the fastest way has been compiled before, so that it need only be loaded."""
     way = predict_backend(work)
     try:
-        return way != BACKENDS[-1] and toolchain.is_intact(library_path(work, way))
+        return way != BACKENDS[-1] and toolchain.is_intact(
+            toolchain.library_path(*_library_source(work, way))
+        )
     except (CompilerError, OSError):
         return False
 
@@ -398,15 +376,13 @@ def list_allowed() -> tuple[str, ...]:
 
 def select_fastest(work: LaneTask) -> Backend:
     """The fastest way that there is here; where nothing can be compiled, one warning says why."""
-    for name in list_allowed():
+    for way in list_allowed()[:-1]:
         try:
-            if name == "lanes" and work.varying:
-                return build_lane_backend(work)
-            if name == "casadi-c":
-                return build_casadi_backend(work)
+            if way != "lanes" or work.varying:
+                return build_compiled(work, way)
         except NotPrintableError:
             continue
         except CompilerError as reason:
             toolchain.warn_once(reason)
             break
-    return build_virtual_machine(work)
+    return VirtualMachine(work)

@@ -105,6 +105,19 @@ class Formulas:
         """Return the results for a single lane, as numbers."""
         return {name: float(value[0]) for name, value in self(stage, **inputs).items()}
 
+    def pick(self, stage: str, values: Mapping[str, Any]) -> dict[str, float]:
+        """Return the results for a single lane from what is known by name, entries of packed inputs
+        too.
+        """
+        packed = self.sidecar["vectors"]
+        inputs = {
+            name: [values[entry] for entry in self.entries(name)]
+            if name in packed
+            else values[name]
+            for name in self.function(stage).name_in()
+        }
+        return self.at(stage, **inputs)
+
     def _hoisted(self, inputs: Mapping[str, object]) -> Array:
         prologue = self._kernel("prologue")
         return prologue(**{name: inputs[name] for name in prologue.names if name in inputs})[

@@ -117,7 +117,7 @@ class Kernel:
         self._wanted = frozenset(self.names)
         self._shapes = [function.size_in(i) for i in range(function.n_in())]
         self.work = LaneTask(function, self.lanes, summed)
-        self._way = backends.build_virtual_machine(self.work)
+        self._way: backends.Backend = backends.VirtualMachine(self.work)
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle the function only: a loaded kernel uses the virtual machine until it is compiled
@@ -394,7 +394,7 @@ class StackedKernel:
     def _load(self) -> Any:
         """Return the compiled loop, None if there is no compiler."""
         try:
-            library = backends.build_lane_library(self.kernel.work)
+            library = backends.build_library(self.kernel.work, "lanes")
             path = toolchain.build_library(
                 self._name, self._print(), toolchain.OPTIMISED, (library,)
             )

@@ -39,18 +39,6 @@ from planter.measured.curve import (
     find_records,
     is_offset,
 )
-from planter.measured.effects import (
-    DRIFTS,
-    ElasticMount,
-    ElectricCoupling,
-    Gain,
-    Imbalance,
-    LeakedForce,
-    LeakedTorque,
-    SensorEffect,
-    SpeedHarmonics,
-    ZeroDrift,
-)
 from planter.measured.findings import EffectParameter, Explanation, ExplanationFound
 from planter.measured.fit import MOST_POINTS, Fit, fit_curve
 from planter.measured.noise import (
@@ -63,7 +51,20 @@ from planter.measured.noise import (
 )
 from planter.measured.reading import Columns, Measurement
 from planter.measured.sensor_curve import SensorCurve, describe_view, name_parameter
-from planter.measured.sensor_view import StatedEffect, with_view
+from planter.measured.sensor_view import (
+    DRIFTS,
+    ElasticMount,
+    ElectricCoupling,
+    Gain,
+    Imbalance,
+    LeakedForce,
+    LeakedTorque,
+    SensorEffect,
+    SpeedHarmonics,
+    StatedEffect,
+    ZeroDrift,
+    with_view,
+)
 from planter.progress import Listener, ProgressPhase
 
 RIGID, STATED = "rigid", "stated"

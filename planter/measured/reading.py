@@ -19,8 +19,14 @@ import scipy
 from planter.errors import InputError
 from planter.files.record import Record
 from planter.kernels import Array, Flags, Integers
-from planter.measured.column_units import find_factor, list_units, split_unit
-from planter.measured.logger_table import DroppedRows, LoggerTable, read_logger_table
+from planter.measured.logger_table import (
+    DroppedRows,
+    LoggerTable,
+    find_factor,
+    list_units,
+    read_logger_table,
+    split_unit,
+)
 from planter.numerics.arrays import TURN
 
 FEWEST = 12

@@ -4,7 +4,7 @@ signal.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Self
 
@@ -16,16 +16,19 @@ from planter.errors import InputError
 from planter.files import units
 from planter.kernels import Array
 from planter.measured.curve import EFFECT, SAMPLES, Chosen, MeasuredCurve, factor_of, find_measured
-from planter.measured.effects import (
+from planter.measured.findings import MeasurementResult
+from planter.measured.reading import Channel, Measurement
+from planter.measured.sensor_view import (
     RATE,
     SQUARE,
     Curves,
     SensorEffect,
+    SensorView,
+    StatedEffect,
     ZeroDrift,
+    find_sensor_view,
+    is_sensor_input,
 )
-from planter.measured.findings import MeasurementResult
-from planter.measured.reading import Channel, Measurement
-from planter.measured.sensor_view import SensorView, StatedEffect, find_sensor_view, is_sensor_input
 from planter.numerics.arrays import TURN
 
 DIFFERENCE = 1e-5
@@ -40,27 +43,10 @@ MEAN_SPEED = (
 )
 
 
-@dataclass(frozen=True)
-class SensorOperator:
-    """An effect with the values of its parameters as they are searched.
-
-    `moved` has those that chosen inputs have, by their places: the index of the input, which is the
-    value itself, or, with a factor, the value in the display unit times the factor.
-    """
-
-    effect: SensorEffect
-    values: tuple[float, ...]
-    moved: Mapping[int, tuple[int, float | None]]
-
-    def read_values(self, z: Array) -> tuple[float, ...]:
-        """Return the searched values of the parameters for chosen inputs z (n,)."""
-        values = list(self.values)
-        for place, (index, factor) in self.moved.items():
-            chosen = float(z[index])
-            if factor is not None:
-                chosen = self.effect.parameters[place].from_display(chosen / factor)
-            values[place] = chosen
-        return tuple(values)
+_Operator = tuple[StatedEffect, Mapping[int, tuple[int, float | None]]]
+"""An effect, and which of its values chosen inputs have, by their places: the index of the input,
+which is the value itself, or, with a factor, the value in the display unit times the factor.
+"""
 
 
 class SensorCurve(MeasuredCurve):
@@ -93,9 +79,9 @@ class SensorCurve(MeasuredCurve):
         self._seen = [k for k, other in enumerate(self.keys) if other == key]
         self._operators = sorted(
             [*map(self._read_stated, self.stated), *map(self._read_fitted, self.effects)],
-            key=lambda operator: operator.effect.rank,
+            key=lambda operator: operator[0].effect.rank,
         )
-        needed = {name: None for operator in self._operators for name in operator.effect.needed}
+        needed = {name: None for stated, _ in self._operators for name in stated.effect.needed}
         self._needed = {
             name: find_measured(self.machine, name) for name in needed if name not in (SQUARE, RATE)
         }
@@ -187,11 +173,7 @@ class SensorCurve(MeasuredCurve):
 
         A drift belongs to a record and is left out.
         """
-        effects = (
-            StatedEffect(operator.effect, operator.read_values(z))
-            for operator in self._operators
-            if not isinstance(operator.effect, ZeroDrift)
-        )
+        effects = (each for each in self._read_effects(z) if not isinstance(each.effect, ZeroDrift))
         return SensorView(find_measured(self.machine, self.keys[self._seen[0]]), tuple(effects))
 
     @property
@@ -203,14 +185,14 @@ class SensorCurve(MeasuredCurve):
         """Return the signal without offset (m,) and its Jacobian (m, n) at angles [rad]."""
         x = z[self._inputs]
         curves = self._compute_curves(x)
-        moved = [index for each in self._operators for index, _ in each.moved.values()]
+        indices = [index for _, moved in self._operators for index, _ in moved.values()]
         values = _drop_slopes(curves)
         columns = [self._apply(curves, z)]
         if self.machine.speed in self._grid_response.machine.moved:
             # operators depend on the speed in other ways than by their curves
             index = self._grid_response.machine.moved.index(self.machine.speed)
             columns[0][:, 1 + index] = self._differentiate_in_speed(z, x, index)
-        for i in moved:
+        for i in indices:
             step = DIFFERENCE * (self.chosen.upper[i] - self.chosen.lower[i])
             ends = [z.copy(), z.copy()]
             ends[0][i], ends[1][i] = z[i] + step, z[i] - step
@@ -221,7 +203,7 @@ class SensorCurve(MeasuredCurve):
         angles = phi + (0.0 if self.phase_index is None else z[self.phase_index])
         rows, rates = interpolate_periodic(stacked, curves.turn, angles)
         slopes = np.zeros((len(phi), len(z)))
-        slopes[:, [*self._inputs, *moved]] = rows[:, 1:]
+        slopes[:, [*self._inputs, *indices]] = rows[:, 1:]
         if self.phase_index is not None:
             slopes[:, self.phase_index] = rates[:, 0]
         return rows[:, 0], slopes
@@ -239,7 +221,7 @@ class SensorCurve(MeasuredCurve):
         slope: Array = (signals[0] - signals[1]) / (2 * step)
         return slope
 
-    def _read_stated(self, stated: StatedEffect) -> SensorOperator:
+    def _read_stated(self, stated: StatedEffect) -> _Operator:
         """Return an effect of the machine file, of whose values the chosen inputs may have some."""
         names = self.chosen.names
         moved = {
@@ -247,13 +229,24 @@ class SensorCurve(MeasuredCurve):
             for place, path in enumerate(stated.paths)
             if path in names
         }
-        return SensorOperator(stated.effect, stated.values, moved)
+        return stated, moved
 
-    def _read_fitted(self, effect: SensorEffect) -> SensorOperator:
+    def _read_fitted(self, effect: SensorEffect) -> _Operator:
         """Return an effect whose parameters are among the chosen inputs."""
         neutral = tuple(parameter.neutral for parameter in effect.parameters)
         moved = {place: (index, None) for place, index in enumerate(self._find_indices(effect))}
-        return SensorOperator(effect, neutral, moved)
+        return StatedEffect(effect, neutral), moved
+
+    def _read_effects(self, z: Array) -> Iterator[StatedEffect]:
+        """Yield the effects with the values of their parameters for chosen inputs z (n,)."""
+        for stated, moved in self._operators:
+            values = list(stated.values)
+            for place, (index, factor) in moved.items():
+                chosen = float(z[index])
+                if factor is not None:
+                    chosen = stated.effect.parameters[place].from_display(chosen / factor)
+                values[place] = chosen
+            yield StatedEffect(stated.effect, tuple(values))
 
     def _find_indices(self, effect: SensorEffect) -> list[int]:
         """Return the places of an effect's parameters among the chosen inputs."""
@@ -264,8 +257,8 @@ class SensorCurve(MeasuredCurve):
 
     def _apply(self, curves: Curves, z: Array) -> Array:
         signal = curves.rows[""].copy()
-        for operator in self._operators:
-            signal = operator.effect.apply(signal, curves, operator.read_values(z))
+        for stated in self._read_effects(z):
+            signal = stated.effect.apply(signal, curves, stated.values)
         return signal
 
     def _compute_curves(self, x: Array) -> Curves:

@@ -24,8 +24,8 @@ from planter.report.options import (
     parse_changes,
     refuse_unused,
     text_option,
+    writes_files,
 )
-from planter.report.writing import writes_files
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -40,17 +40,18 @@ def open_machine(
     set_: Sequence[str] | None,
     speed_rpm: float | None,
     model: ModelName = ModelName.exact,
-    is_driven: bool = True,
+    may_move: bool = False,
 ) -> Machine:
-    """Return the machine of a file or of a built-in name, with the numbers that `--set` and
-    `--speed-rpm` change, in one of its models.
+    """Return the machine of a file or of a built-in name, in one of its models, with the numbers
+    that `--set` and `--speed-rpm` change; one that moves freely if it `may_move`.
 
     Raises InputError as `planter.engine.machine.load_machine`.
     """
-    from planter.engine.machine import load_machine
+    from planter.engine.machine import load_driven_machine, load_machine
 
     choices = {} if model is ModelName.exact else {"model": model.value}
-    return load_machine(source, parse_changes(set_), speed_rpm, is_driven, **choices)
+    load = load_machine if may_move else load_driven_machine
+    return load(source, parse_changes(set_), speed_rpm, **choices)
 
 
 @writes_files("summary.json", "report.html")
@@ -140,7 +141,7 @@ def sensitivity(
         from planter.mechanism.optimisation import compute_objective_sensitivity
         from planter.mechanism.presentation import present_sensitivity
 
-        opened = open_machine(machine, set_, speed_rpm, model, is_driven=False)
+        opened = open_machine(machine, set_, speed_rpm, model, may_move=True)
         result = compute_objective_sensitivity(opened, samples, least, all_values)
         present_sensitivity(result, opened).show(console, out)
 

@@ -21,11 +21,12 @@ from planter.report.options import (
     SpeedOption,
     WorkersOption,
     find_unused,
+    interruptible_result,
     read_ranges,
     refuse_unused,
     text_option,
+    writes_files,
 )
-from planter.report.writing import interruptible_result, writes_files
 
 app = typer.Typer()
 

@@ -8,7 +8,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from planter.engine.machine import Machine
+from planter.engine.machine import HasMachine, Machine, to_machine
 from planter.errors import InputError
 from planter.measured import calibration
 from planter.measured.calibration import Calibrated, ValidationMeasurement, find_units
@@ -19,7 +19,7 @@ from planter.measured.logger_table import read_logger_table
 from planter.measured.presentation import present_preview
 from planter.measured.reading import Columns, describe_columns, read_curves
 from planter.measured.sensor_view import find_sensor_view, list_measured
-from planter.mechanism.extension import HasMachine, find_extension, to_machine
+from planter.mechanism.extension import find_extension
 from planter.mechanism.model import require_repeating
 from planter.progress import Listener
 from planter.task import AUTO, Means

@@ -25,7 +25,7 @@ from planter.gears.workshop.cam import (
     check_roller,
     find_lift_off,
 )
-from planter.gears.workshop.cam_report import CamOutput, CamPageContent
+from planter.gears.workshop.cam_report import CamOutput
 from planter.gears.workshop.drawing import Bore
 from planter.kernels import Array, formulas
 from planter.mechanism.model import Model, require_repeating
@@ -213,15 +213,14 @@ def build_disc_cam(
     profile, hole = build_profile(model, roller, *centre), Bore(bore) if bore else None
     contact_force = find_contact_force(model, force) if force is not None else None
     lift_off = find_lift_off(contact_force, model.speed) if contact_force is not None else None
-    machine, sidecar = model.machine, formulas.load(FORMULAS).sidecar
-    content = CamPageContent(
-        machine.document, machine.meanings, sidecar, contact_force, model.speed
-    )
-    holes = [hole.edge] if hole else []
-    disc = build_cam_part(profile, "disc", tolerance, lift_off, model.speed, width, hole)
+    machine, holes = model.machine, [hole.edge] if hole else []
     return CamOutput(
-        disc,
-        content,
+        build_cam_part(profile, "disc", tolerance, lift_off, width, hole),
+        machine.document,
+        machine.meanings,
+        formulas.load(FORMULAS).sidecar,
+        contact_force,
+        model.speed,
         lambda: solids.format_prism(f"cam of {machine.name}", profile.pieces, holes, width),
     )
 

@@ -14,15 +14,16 @@ from planter.errors import InputError
 from planter.mechanism import analysis_commands, calibrate_command, move_command
 from planter.report.console import Console
 from planter.report.options import (
+    find_proof,
+    interruptible_result,
     join_applications,
 )
-from planter.report.writing import find_proof, interruptible_result
 
 if TYPE_CHECKING:
     from planter.engine.machine import Machine
     from planter.engine.search import SearchSpec
+    from planter.engine.solvers.curve_sum import Sampling
     from planter.engine.solvers.optimiser import Method
-    from planter.engine.solvers.range_variance import Sampling
     from planter.mechanism.optimisation import MechanismOptimum
     from planter.task import Means
 
@@ -77,8 +78,8 @@ def run_optimise(
     """
     from planter.engine.front import require_front
     from planter.engine.search import SearchSpec
+    from planter.engine.sections import DEFAULT_GENETIC
     from planter.engine.solvers.local_search import DEFAULT_STARTS
-    from planter.engine.solvers.sections import DEFAULT_GENETIC
     from planter.mechanism import optimisation, proof
     from planter.mechanism.file import MechanismFile
     from planter.mechanism.presentation import present_optimum

@@ -13,14 +13,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 import scipy
 
-from planter.engine.machine import Machine, Quantity, check_samples
+from planter.engine.machine import HasMachine, Machine, Quantity, check_samples, to_machine
 from planter.engine.summary import CycleSummary, QuantityPeak
 from planter.errors import ComputationError, InputError
 from planter.files import units
 from planter.kernels import Array, Flags
 from planter.measured.sensor_curve import SensorSignal, measure_cycle
 from planter.measured.sensor_view import find_sensor_view
-from planter.mechanism.extension import HasMachine, MachineExtension, find_extension, to_machine
+from planter.mechanism.extension import MachineExtension, find_extension
 from planter.mechanism.model import MechanismCycle, Model, Periodicity, compare_cycles
 from planter.mechanism.optimisation import evaluate_limits
 from planter.mechanism.results import (

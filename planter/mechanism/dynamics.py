@@ -291,10 +291,11 @@ class Dynamics:
         The sizes are those of the normal forces that friction follows from (`find_sizes`), the
         inputs those of the history.
         """
-        graphs, parts = self.graphs, self.graphs.graphs
+        graphs = self.graphs
         symbols = [graphs.time, graphs.state, graphs.sizes, self.history.symbols]
-        names = [field.name for field in fields(parts)]
-        outputs = [getattr(parts, name) for name in names]
+        names = [field.name for field in fields(Equations)]
+        outputs = [graphs.inertia, graphs.forces, graphs.slopes, graphs.bends]
+        outputs += [graphs.speeds, graphs.gap_values]
         return ca.Function("motion", symbols, outputs, ["time", "state", "sizes", "inputs"], names)
 
     @property
@@ -309,7 +310,7 @@ class Dynamics:
         """Whether accelerations depend on the sizes: by friction, not by the flank on which rigid
         teeth bear.
         """
-        return "sizes" in self.formulas.sidecar["functions"].get("forces", {"inputs": ()})["inputs"]
+        return self.graphs.is_rubbing
 
     def _list_outputs(self, stage: str) -> list[str]:
         return self.formulas.outputs(stage) if stage in self._stages else []
@@ -373,6 +374,11 @@ class Dynamics:
         slopes that add less than ``share`` of the first follow from others. Raises ComputationError
         if neither inertia nor a constraint resists some motion, or as `find_sizes` does.
         """
+        if self._is_free:
+            with suppress(NotFiniteError):  # of which the dense equations tell the reason
+                inputs = self.history.at(time)
+                solved = self._free_kernel(time=time, state=state, inputs=inputs)
+                return solved["accelerations"][:, 0], np.empty(0)
         sizes = (
             self.find_sizes(time, state, share)
             if self._is_rubbing
@@ -493,7 +499,9 @@ class Dynamics:
     @cached_property
     def _free_kernel(self) -> Kernel:
         graphs = self.graphs
-        accelerations = InertiaFactor(graphs.graphs.inertia).solve(graphs.graphs.forces)
+        accelerations = graphs.accelerations
+        if accelerations is None:
+            accelerations = InertiaFactor(graphs.inertia).solve(graphs.forces)
         symbols = [graphs.time, graphs.state, self.history.symbols]
         names = ["time", "state", "inputs"]
         solved = ca.Function("free", symbols, [accelerations], names, ["accelerations"])
@@ -603,7 +611,7 @@ class Dynamics:
     @cached_property
     def _has_curved_slips(self) -> bool:
         """Whether a speed that vanishes is not linear in the rates."""
-        slopes, rates = self.graphs.graphs.slopes, self.graphs.state[self.size :]
+        slopes, rates = self.graphs.slopes, self.graphs.state[self.size :]
         return bool(len(self.constraints)) and any(
             ca.which_depends(ca.vec(slopes), rates, 1, False)
         )

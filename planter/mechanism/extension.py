@@ -6,7 +6,7 @@ from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 from functools import partial
 from importlib import import_module
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 from planter.engine import tables
 from planter.engine.machine import Machine
@@ -27,19 +27,6 @@ if TYPE_CHECKING:
     )
     from planter.report.animation import MotionBlock
     from planter.report.presentation import ResultPresentation
-
-
-class HasMachine(Protocol):
-    """An object that states a machine of the engine."""
-
-    @property
-    def engine(self) -> Machine:
-        """The machine."""
-
-
-def to_machine(stated: Machine | HasMachine) -> Machine:
-    """Return a machine, or the one that an object states."""
-    return stated if isinstance(stated, Machine) else stated.engine
 
 
 @dataclass(frozen=True)

@@ -12,8 +12,12 @@ from pydantic import Field, PrivateAttr
 
 from planter import paths
 from planter.engine.measures import Limit, Measure, format_sum, parse_sum
-from planter.engine.sections import LimitsSection, parse_holds, with_whole_limits
-from planter.engine.solvers.sections import GeneticAlgorithm
+from planter.engine.sections import (
+    GeneticAlgorithm,
+    LimitsSection,
+    parse_holds,
+    with_whole_limits,
+)
 from planter.errors import InputError
 from planter.files import units
 from planter.files.document import Document, Origins

@@ -28,8 +28,7 @@ from planter.engine.machine import (
 from planter.errors import InputError
 from planter.files import units
 from planter.kernels.formulas import HOISTED, Formulas
-from planter.measured.carried import add_carried_forces
-from planter.measured.sensor_view import find_sensor_view
+from planter.measured.sensor_view import add_carried_forces, find_sensor_view
 from planter.mechanism import file
 from planter.mechanism.file import MechanismFile
 from planter.mechanism.motion_response import MotionResponse, Motions

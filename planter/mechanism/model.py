@@ -45,8 +45,8 @@ class Model:
     and radians.
 
     >>> import numpy as np
-    >>> from planter import load_mechanism
-    >>> machine = Model(load_mechanism("wang2017"))
+    >>> from planter import load_machine
+    >>> machine = Model(load_machine("wang2017"))
     >>> machine.speed == 40 * 2 * np.pi / 60
     True
     >>> np.degrees(machine.list_angles(4))

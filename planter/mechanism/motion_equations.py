@@ -1,30 +1,17 @@
-"""Equations of motion as graphs of time, data and state, from the generated functions of a file."""
+"""Equations of motion as graphs of time, data and state, from the generated functions of a file.
+
+``inertia accelerations = forces + slopes^T multipliers`` and ``slopes accelerations = bends``; gaps
+come first among the c constraints.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cached_property
 
 import casadi as ca
 
 from planter.kernels.formulas import Formulas
-
-
-@dataclass(frozen=True)
-class MotionGraphs:
-    """Inertia (k, k), forces (k, 1), slopes (c, k), bends (c, 1), speeds (c, 1), gaps (g, 1).
-
-    ``inertia accelerations = forces + slopes^T multipliers`` and ``slopes accelerations = bends``;
-    gaps come first among the c constraints.
-    """
-
-    inertia: ca.SX
-    forces: ca.SX
-    slopes: ca.SX
-    bends: ca.SX
-    speeds: ca.SX
-    gaps: ca.SX
 
 
 class MotionEquations:
@@ -58,21 +45,60 @@ class MotionEquations:
         return self.formulas.outputs(stage) if stage in self._stages else []
 
     @cached_property
-    def graphs(self) -> MotionGraphs:
-        """The equations of motion."""
-        coordinates, constraints = self.names[: self.size], self.constraints
-        return MotionGraphs(
-            inertia=self._arrange(
-                "inertia", [[f"inertia_{a}_{b}" for b in coordinates] for a in coordinates]
-            ),
-            forces=self._arrange("forces", [[f"force_{a}"] for a in coordinates]),
-            slopes=self._arrange(
-                "slopes", [[f"slope_{c}_{a}" for a in coordinates] for c in constraints]
-            ),
-            bends=self._arrange("bends", [[f"bend_{c}"] for c in constraints]),
-            speeds=self._arrange("speeds", [[f"speed_{c}"] for c in constraints]),
-            gaps=self._arrange("gaps", [[c] for c in self.gaps]),
+    def inertia(self) -> ca.SX:
+        """Inertia (k, k): what the residual gains with the accelerations."""
+        residual, symbols = self._residual
+        inertia = ca.jacobian(residual, symbols)
+        if self.formulas.sidecar.get("added_inertia"):
+            return inertia
+        return ca.tril2symm(ca.tril(inertia))
+
+    @cached_property
+    def forces(self) -> ca.SX:
+        """Forces (k, 1): the residual without accelerations, the other way round."""
+        residual, symbols = self._residual
+        return -ca.substitute(residual, symbols, ca.SX.zeros(self.size))
+
+    @cached_property
+    def _residual(self) -> tuple[ca.SX, ca.SX]:
+        """The residual (k, 1), and its accelerations (k,)."""
+        symbols = ca.SX.sym("accelerations", self.size)
+        return self.evaluate("residual", accelerations=symbols), symbols
+
+    @cached_property
+    def accelerations(self) -> ca.SX | None:
+        """Accelerations (k, 1) where articulated inertias give them."""
+        return self.evaluate("accelerations") if "accelerations" in self._stages else None
+
+    @cached_property
+    def slopes(self) -> ca.SX:
+        """Slopes (c, k) of the constraints."""
+        names = self.names[: self.size]
+        return self._arrange(
+            "slopes", [[f"slope_{c}_{a}" for a in names] for c in self.constraints]
         )
+
+    @cached_property
+    def bends(self) -> ca.SX:
+        """Bends (c, 1) of the constraints."""
+        return self._arrange("bends", [[f"bend_{c}"] for c in self.constraints])
+
+    @cached_property
+    def speeds(self) -> ca.SX:
+        """Speeds (c, 1) that vanish, those of gaps first."""
+        return self._arrange("speeds", [[f"speed_{c}"] for c in self.constraints])
+
+    @cached_property
+    def gap_values(self) -> ca.SX:
+        """Gaps (g, 1) that vanish."""
+        return self._arrange("gaps", [[c] for c in self.gaps])
+
+    @property
+    def is_rubbing(self) -> bool:
+        """Whether accelerations depend on the sizes: by friction, not by the flank on which rigid
+        teeth bear.
+        """
+        return "sizes" in self._stages["residual"]["inputs"]
 
     def balances(self, accelerations: ca.SX) -> tuple[ca.SX, ca.SX]:
         """Return slopes (r, u) of the balances of all bodies in the actions, and loads (r, 1)."""

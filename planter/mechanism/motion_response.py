@@ -282,7 +282,7 @@ def _build_basis() -> tuple[Array, Array, Array]:
     """
     nodes, weights = np.polynomial.legendre.leggauss(STAGES)
     nodes = (nodes + 1) / 2
-    powers = np.linalg.inv(np.vander(nodes, increasing=True))
+    powers = np.asarray(np.linalg.inv(np.vander(nodes, increasing=True)), dtype=np.float64)
     return nodes, weights / 2, powers
 
 

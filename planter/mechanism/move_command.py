@@ -17,8 +17,8 @@ from planter.report.options import (
     WorkersOption,
     parse_changes,
     refuse_unused,
+    writes_files,
 )
-from planter.report.writing import writes_files
 
 if TYPE_CHECKING:
     from planter.mechanism.file import MechanismFile

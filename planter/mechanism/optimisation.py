@@ -19,7 +19,7 @@ from planter.engine.goal import (
     resolve_limit,
     resolve_measure,
 )
-from planter.engine.machine import Machine, check_samples
+from planter.engine.machine import HasMachine, Machine, check_samples, to_machine
 from planter.engine.measures import AVERAGES, Limit, Measure, format_sum, parse_limit, parse_sum
 from planter.engine.problem import DesignProblem, build_problem
 from planter.engine.search import (
@@ -37,13 +37,12 @@ from planter.engine.sensitivity import (
     move_all,
 )
 from planter.engine.solvers.constraints import FEASIBILITY_TOLERANCE
+from planter.engine.solvers.curve_sum import Sampling
 from planter.engine.solvers.local_search import Descent, SearchRecord
-from planter.engine.solvers.range_variance import Sampling
 from planter.engine.summary import ROUNDING
 from planter.engine.wording import describe_measure, describe_sum
 from planter.errors import InputError
 from planter.kernels import Array
-from planter.mechanism.extension import HasMachine, to_machine
 from planter.mechanism.model import require_repeating
 from planter.mechanism.results import (
     FrontDesign,
@@ -87,7 +86,7 @@ class UnfinishedOptimum:
     def design(self) -> dict[str, float]:
         """The design by name, in the units of the file."""
         numbers = self.machine.document.numbers()
-        paths = [self.machine.values[index].path for index in self.machine.moved]
+        paths = self.machine.moved_paths
         return {
             name: numbers[path] for name, path in zip(self.machine.design_names, paths, strict=True)
         }
@@ -263,7 +262,7 @@ def _place_design(machine: Machine, x: Array) -> tuple[dict[str, float], dict[st
     """Return a design x (p,) by name in the units of the file, that of the file, and the machine
     with the design.
     """
-    names, paths = machine.design_names, [machine.values[index].path for index in machine.moved]
+    names, paths = machine.design_names, machine.moved_paths
     design, numbers = (
         [float(f"{value:.15g}") for value in x / machine.scale],
         machine.document.numbers(),

@@ -470,7 +470,8 @@ def format_optimum_file(optimum: MechanismOptimum) -> str:
         f"Reached {result.objective!r}, before {result.start_objective!r}.",
     ]
     origin = f"optimised (least {result.least})"
-    return _format_design_file(optimum.machine, result.design, result.start_design, head, origin)
+    before = dict(zip(optimum.machine.moved_paths, result.start_design.values(), strict=True))
+    return format_design_file(optimum.machine.document, before, head, origin)
 
 
 def write_unfinished(out: Path, unfinished: UnfinishedOptimum) -> None:
@@ -497,7 +498,8 @@ def write_unfinished(out: Path, unfinished: UnfinishedOptimum) -> None:
         f"result (yet).",
         f"By planter {__version__}, after {candidate.seconds:.4g} s.",
     ]
-    text = _format_design_file(machine, unfinished.design, unfinished.start_design, head, origin)
+    before = dict(zip(machine.moved_paths, unfinished.start_design.values(), strict=True))
+    text = format_design_file(machine.document, before, head, origin)
     write_file(folder / name, text.encode())
     basis = describe_basis(None, machine.document, files.list_provenance(machine.document))
     files.write_summary(folder / "summary.json", {**unfinished.table(), "finished": False, **basis})
@@ -505,31 +507,17 @@ def write_unfinished(out: Path, unfinished: UnfinishedOptimum) -> None:
         drop_file(folder / CLOSEST_FILE)
 
 
-def _format_design_file(
-    machine: Machine,
-    design: Mapping[str, float],
-    start: Mapping[str, float],
-    head: Sequence[str],
-    origin: str,
+def format_design_file(
+    document: Document, before: Mapping[str, float], head: Sequence[str], origin: str
 ) -> str:
-    """Return the machine's file (TOML) with a design by name; comments have lines `head`, and the
-    values at the start.
-
-    Both designs are in the units of the file.
+    """Return the file (TOML) of a document with the values of a search, by path, that it had
+    `before`; comments have lines `head`, and these values.
     """
-    table, paths = (
-        machine.document.written_table(),
-        [machine.values[index].path for index in machine.moved],
-    )
-    before = dict(zip(paths, start.values(), strict=True))
-    moved = [
-        path for path, value in zip(paths, design.values(), strict=True) if value != before[path]
-    ]
+    numbers, table = document.numbers(), document.written_table()
+    moved = [path for path, value in before.items() if numbers[path] != value]
     notes = {path: f"was {before[path]!r} {units.display_unit(path)}".rstrip() for path in moved}
-    stated = dict.fromkeys(
-        (path for path in machine.document.changed if path not in paths), SET_ORIGIN
-    )
-    table["origin"] = machine.document.origins | stated | dict.fromkeys(moved, origin)
+    stated = dict.fromkeys((path for path in document.changed if path not in before), SET_ORIGIN)
+    table["origin"] = document.origins | stated | dict.fromkeys(moved, origin)
     order = dict(sorted(table.items(), key=lambda pair: isinstance(pair[1], dict)))
     return "\n".join([*(f"# {line}" for line in head), "", *format_lines(order, notes)]) + "\n"
 

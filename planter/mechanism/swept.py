@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from planter.mechanism import file
-from planter.rows.tolerance.adapter import MachineAdapter
+from planter.rows.adapter import MachineAdapter
 
 if TYPE_CHECKING:
     from planter.engine.measures import Limit, Measure

@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 import scipy
 
-from planter.engine.machine import load_machine
+from planter.engine.machine import load_driven_machine
 from planter.errors import InputError
 from planter.gears.gear_set import GearSet
 from planter.gears.geometry.cutting import ToothedPair, cut_teeth
@@ -145,7 +145,7 @@ def cut_gears(source: str, options: GearOptions) -> GearSet:
 
     Raises InputError without a mesh, and as `MechanismMesh` and `cut_teeth` do.
     """
-    machine = load_machine(source, options.changes, options.speed_rpm)
+    machine = load_driven_machine(source, options.changes, options.speed_rpm)
     mechanism = machine.document
     assert isinstance(mechanism, MechanismFile)
     meshes = {tag: tuple(names) for tag, names in mechanism.model.sidecar.get("meshes", {}).items()}

@@ -8,6 +8,7 @@ import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.polynomial import chebyshev
@@ -97,41 +98,48 @@ class PiecewiseFunctions:
     have no integrals.
     """
 
-    def __init__(self, functions: Rates, breaks: Array, turn: float = TURN) -> None:
+    def __init__(
+        self,
+        functions: Rates,
+        breaks: Array,
+        turn: float = TURN,
+        start: float = 0.0,
+        panels: int = MIN_PIECES,
+    ) -> None:
+        """Divide the cycle from `start` on into at least so many `panels`."""
         self.functions = functions
         folded = np.sort(np.asarray(breaks, dtype=float))
         self.breaks = folded[np.diff(folded, prepend=-np.inf) > MERGED_DISTANCE]
-        inner = self.breaks[
-            (self.breaks > MERGED_DISTANCE) & (self.breaks < turn - MERGED_DISTANCE)
-        ]
-        self._edges = np.concatenate([[0.0], inner, [turn]])
-        pending = _begin_panels(self._edges, MIN_PIECES, turn)
+        low, high = start + MERGED_DISTANCE, start + turn - MERGED_DISTANCE
+        inner = self.breaks[(self.breaks > low) & (self.breaks < high)]
+        self._edges = np.concatenate([[start], inner, [start + turn]])
+        pending = _begin_panels(self._edges, panels, turn)
         accepted: list[_Panels] = []
         self.poles: dict[int, float] = {}
         size = np.zeros(1)
         self._is_noise = np.zeros(1, dtype=bool)
         for depth in range(MAX_DEPTH + 1):
-            panels = self._evaluate(pending)
-            share = panels.weights / turn
-            size = np.maximum(size, (np.abs(panels.values) * share).sum(axis=(1, 2)))
-            coefficients = np.abs(panels.values @ to_series()[:, -TAIL_LENGTH:]).max(axis=2)
+            trial = self._evaluate(pending)
+            share = trial.weights / turn
+            size = np.maximum(size, (np.abs(trial.values) * share).sum(axis=(1, 2)))
+            coefficients = np.abs(trial.values @ to_series()[:, -TAIL_LENGTH:]).max(axis=2)
             tails = coefficients * share.sum(axis=1)
             is_rough = ~(tails <= SERIES_TOLERANCE * size[:, None])
-            self._name_poles(panels, is_rough if depth == MAX_DEPTH else np.isnan(tails))
+            self._name_poles(trial, is_rough if depth == MAX_DEPTH else np.isnan(tails))
             is_rough[list(self.poles)] = False
             rough = is_rough.any(axis=0)
-            accepted.append(panels.select(~rough))
+            accepted.append(trial.select(~rough))
             if not rough.any():
                 break
             # Rounding everywhere doubles its panels at each of the first halvings, a pole at the
             # last ones.
             is_endless = depth < NOISE_DEPTH and 2 * rough.sum() > MAX_PANELS
             if is_endless or sum(len(part.owner) for part in accepted) > MAX_PANELS:
-                is_flat = is_rough & (coefficients > FLATNESS * np.abs(panels.values).max(axis=2))
+                is_flat = is_rough & (coefficients > FLATNESS * np.abs(trial.values).max(axis=2))
                 self._is_noise = (is_flat * share.sum(axis=1)).sum(axis=1) > NOISE_SHARE
-                accepted.append(panels.select(rough))
+                accepted.append(trial.select(rough))
                 break
-            pending = panels.select(rough).halve()
+            pending = trial.select(rough).halve()
         self._collect(accepted, turn)
 
     def _name_poles(self, panels: _Panels, is_rough: Flags) -> None:
@@ -145,40 +153,25 @@ class PiecewiseFunctions:
     def _evaluate(self, pending: tuple[Integers, Array, Array]) -> _Panels:
         owner, low, high = pending
         angles, weights = _place_nodes(self._edges, owner, low, high)
-        values, slopes = self.functions(angles.ravel())
-        shape = (len(values), *angles.shape)
-        return _Panels(
-            owner, low, high, angles, weights, values.reshape(shape), slopes.reshape(shape)
-        )
+        rows = [part.reshape(-1, *angles.shape) for part in self.functions(angles.ravel())]
+        ends = owner[:, None], low[:, None], high[:, None]
+        return _Panels(*ends, angles, weights, *rows)
 
     def _collect(self, accepted: Sequence[_Panels], turn: float) -> None:
         """Set nodes (n,), weights of sum 1, values and slopes (k, n) in their order, and limits at
         ends of pieces.
         """
-        order = np.lexsort(
-            [
-                np.concatenate([panels.low for panels in accepted]),
-                np.concatenate([panels.owner for panels in accepted]),
-            ]
-        )
-        owner = np.concatenate([panels.owner for panels in accepted])[order]
-        angles, weights = (
-            np.concatenate([getattr(panels, name) for panels in accepted])[order]
-            for name in ("angles", "weights")
-        )
-        values, slopes = (
-            np.concatenate([getattr(panels, name) for panels in accepted], axis=1)[:, order]
-            for name in ("values", "slopes")
-        )
+        panels = _Panels(*(np.concatenate(parts, axis=-2) for parts in zip(*accepted, strict=True)))
+        panels = panels.select(np.lexsort([panels.low[:, 0], panels.owner[:, 0]]))
+        owner, values, slopes = panels.owner[:, 0], panels.values, panels.slopes
         begin, end = self._edges[:-1], self._edges[1:]
         offsets = np.minimum(ONE_SIDED_OFFSET, ONE_SIDED_OFFSET**0.5 * (end - begin))
         side_angles = np.concatenate([begin + offsets, end - offsets])
         side_values, side_slopes = self.functions(side_angles)
         pieces = np.arange(len(begin))
         first, last = np.searchsorted(owner, pieces), np.searchsorted(owner, pieces, "right") - 1
-        series = np.append(
-            _extrapolate(values[:, first], -1), _extrapolate(values[:, last], 1), axis=1
-        )
+        ends = _extrapolate(values[:, first], -1), _extrapolate(values[:, last], 1)
+        series = np.append(*ends, axis=1)
         linear = side_values + side_slopes * np.append(-offsets, offsets)
         limits = np.where(np.abs(series - linear) <= CONSISTENT * np.abs(series), linear, series)
         rounding = np.finfo(float).eps * np.abs(series).max(axis=1, keepdims=True)
@@ -186,14 +179,13 @@ class PiecewiseFunctions:
             np.where(np.abs(limits) > rounding, limits, 0.0), 2, axis=1
         )
         side_values = np.where(np.isfinite(side_values), side_values, limits)
-        all_angles = np.concatenate([angles.ravel(), side_angles])
-        places = np.lexsort(
-            [all_angles, owners := np.concatenate([np.repeat(owner, NODES), pieces, pieces])]
-        )
-        self.nodes, self._owner = all_angles[places], owners[places]
-        self.weights = (np.concatenate([weights.ravel(), np.zeros(len(side_angles))]) / turn)[
-            places
-        ]
+        nearest = np.append(slopes[:, first, 0], slopes[:, last, -1], axis=1)
+        side_slopes = np.where(np.isfinite(side_slopes), side_slopes, nearest)
+        angles = np.append(panels.angles.ravel(), side_angles)
+        owners = np.concatenate([np.repeat(owner, NODES), pieces, pieces])
+        weights = np.append(panels.weights.ravel(), np.zeros(len(side_angles))) / turn
+        places = np.lexsort([angles, owners])
+        self.nodes, self.owner, self.weights = angles[places], owners[places], weights[places]
         self.values = np.append(values.reshape(len(values), -1), side_values, axis=1)[:, places]
         self.slopes = np.append(slopes.reshape(len(values), -1), side_slopes, axis=1)[:, places]
         self.slopes[~np.isfinite(self.slopes)] = 0.0
@@ -237,7 +229,7 @@ class PiecewiseFunctions:
 
     def _stationary(self, rows: Integers, rates: Rates) -> tuple[Integers, Array, Array]:
         """Return owners, angles and values of the stationary points."""
-        slopes, joined = self.slopes[rows], np.diff(self._owner) == 0
+        slopes, joined = self.slopes[rows], self.is_joined
         turns = ((slopes[:, 1:] > 0) != (slopes[:, :-1] > 0)) & joined
         # Between two nodes a function that is constant, or zero, but for rounding has no extremum
         # worth the search.
@@ -254,6 +246,11 @@ class PiecewiseFunctions:
             OwnFunctions(rates, owners), self.nodes[cells], self.nodes[cells + 1], ends
         )
         return owners, places, self.functions(places)[0][rows[owners], np.arange(len(owners))]
+
+    @cached_property
+    def is_joined(self) -> Flags:
+        """Flags (n - 1,) of neighbouring nodes that belong to one piece."""
+        return np.asarray(np.diff(self.owner) == 0)
 
     @property
     def ends(self) -> tuple[Array, Array]:
@@ -301,10 +298,9 @@ def _place_nodes(edges: Array, owner: Integers, low: Array, high: Array) -> tupl
     return angles, 6 * (end - begin) * v * (1 - v) * weights * (high - low)[:, None] / 2
 
 
-@dataclass(frozen=True)
-class _Panels:
-    """Panels (m,) of pieces: ends in v, angles and weights (m, n) of their nodes, values and slopes
-    (k, m, n).
+class _Panels(NamedTuple):
+    """Panels (m, ...) of pieces: owners and ends in v (m, 1), angles and weights (m, n) of their
+    nodes, values and slopes (k, m, n).
     """
 
     owner: Integers
@@ -315,22 +311,16 @@ class _Panels:
     values: Array
     slopes: Array
 
-    def select(self, index: Flags) -> _Panels:
+    def select(self, index: Flags | Integers) -> _Panels:
         """Return some of the panels."""
-        return _Panels(
-            self.owner[index],
-            self.low[index],
-            self.high[index],
-            self.angles[index],
-            self.weights[index],
-            self.values[:, index],
-            self.slopes[:, index],
-        )
+        parts: list[Any] = [part[..., index, :] for part in self]
+        return _Panels(*parts)
 
     def halve(self) -> tuple[Integers, Array, Array]:
         """Return owners and ends of both halves of all panels."""
-        middle = (self.low + self.high) / 2
-        return np.tile(self.owner, 2), np.append(self.low, middle), np.append(middle, self.high)
+        low, high = self.low[:, 0], self.high[:, 0]
+        middle = (low + high) / 2
+        return np.tile(self.owner[:, 0], 2), np.append(low, middle), np.append(middle, high)
 
 
 @cache

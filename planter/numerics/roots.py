@@ -5,7 +5,7 @@ crossings in a cycle.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -100,11 +100,8 @@ def solve_systems(
     A system with residuals up to `rounding` counts as solved, however badly it determines its
     unknowns. Raises UnsolvedSystemError for the first system that is not solved to rounding.
     """
-    points, last, done = (
-        start.copy(),
-        np.full(start.shape[1], np.inf),
-        np.zeros(start.shape[1], dtype=bool),
-    )
+    count = start.shape[1]
+    points, last, done = start.copy(), np.full(count, np.inf), np.zeros(count, dtype=bool)
     for _ in range(MAX_SYSTEM_STEPS):
         value, slopes = system(points)
         done |= (np.abs(value) <= rounding).all(axis=0)
@@ -146,33 +143,21 @@ class Crossings:
 
 @dataclass(frozen=True)
 class _Cells:
-    """Intervals (c,) of a scan with the values at both ends of the functions `rows`."""
+    """Intervals (c,) of a scan in which the functions `rows` cross levels: their ends, low and
+    high, and the values there, (4, c).
+    """
 
     rows: Integers
-    low: Array
-    high: Array
-    first: Array
-    last: Array
+    ends: Array
 
     def select(self, index: Integers | Flags) -> _Cells:
-        return _Cells(*(getattr(self, field.name)[index] for field in fields(self)))
+        return _Cells(self.rows[index], self.ends[:, index])
 
     def split(self, places: Array, values: Array) -> _Cells:
         """Return both parts of each interval, which end at a place."""
-        rows, low, high = (
-            np.tile(self.rows, 2),
-            np.append(self.low, places),
-            np.append(places, self.high),
-        )
-        return _Cells(rows, low, high, np.append(self.first, values), np.append(values, self.last))
-
-    def joined(self, other: _Cells) -> _Cells:
-        return _Cells(
-            *(
-                np.append(getattr(self, field.name), getattr(other, field.name))
-                for field in fields(self)
-            )
-        )
+        low, high, first, last = self.ends
+        below, above = [low, places, first, values], [places, high, values, last]
+        return _Cells(np.tile(self.rows, 2), np.concatenate([below, above], axis=1))
 
 
 def find_crossings(
@@ -225,32 +210,27 @@ def locate_crossings(
     is_met[np.isinf(periods) & (is_met.sum(axis=1) > MOST_CROSSED * is_met.shape[1])] = False
     turning &= is_met
     rows, index = np.nonzero(is_met)
-    cells = _Cells(
-        rows, grid[index], grid[index + 1], scanned[rows, index], scanned[rows, index + 1]
-    )
+    scan = [grid[index], grid[index + 1], scanned[rows, index], scanned[rows, index + 1]]
+    cells = _Cells(rows, np.array(scan))
     touches, touch_rows = np.empty(0), np.empty(0, dtype=np.int64)
     if rates is not None and turning.any():
-        turned = np.flatnonzero(turning[rows, index])
-        turning_cells = cells.select(turned)
-        ends = (
-            slopes[turning_cells.rows, index[turned]],
-            slopes[turning_cells.rows, index[turned] + 1],
-        )
-        places = find_bracketed_roots(
-            rates(turning_cells.rows), turning_cells.low, turning_cells.high, ends
-        )
-        reached = values(turning_cells.rows)(places)[0]
-        distance = np.abs(reached - _round_to_level(reached, periods[turning_cells.rows]))
-        sizes = np.where(np.isinf(periods), np.abs(np.nan_to_num(scanned)).max(axis=1), periods)[
-            turning_cells.rows
-        ]
+        turned = turning[rows, index]
+        turns = cells.select(turned)
+        ends = slopes[turns.rows, index[turned]], slopes[turns.rows, index[turned] + 1]
+        places = find_bracketed_roots(rates(turns.rows), turns.ends[0], turns.ends[1], ends)
+        reached = values(turns.rows)(places)[0]
+        distance = np.abs(reached - _round_to_level(reached, periods[turns.rows]))
+        largest = np.abs(np.nan_to_num(scanned)).max(axis=1)
+        sizes = np.where(np.isinf(periods), largest, periods)[turns.rows]
         is_touch = distance <= TOUCHING * sizes
-        touches, touch_rows = places[is_touch], turning_cells.rows[is_touch]
+        touches, touch_rows = places[is_touch], turns.rows[is_touch]
         passed = distance > ROUNDING * sizes  # else rounding would decide whether it crosses twice
-        is_uncrossed = np.ones(len(rows), dtype=bool)
-        is_uncrossed[turned[passed]] = False
-        cells = cells.select(is_uncrossed).joined(
-            turning_cells.select(passed).split(places[passed], reached[passed])
+        halves = turns.select(passed).split(places[passed], reached[passed])
+        whole = turned.copy()
+        whole[turned] = passed
+        others = cells.select(~whole)
+        cells = _Cells(
+            np.append(others.rows, halves.rows), np.append(others.ends, halves.ends, axis=1)
         )
     cells, levels = _list_brackets(cells, periods)
     functions = values(cells.rows)
@@ -259,8 +239,8 @@ def locate_crossings(
         current, slope = functions(phi)
         return current - levels, slope
 
-    ends = cells.first - levels, cells.last - levels
-    roots = find_bracketed_roots(shifted, cells.low, cells.high, ends)
+    low, high, first, last = cells.ends
+    roots = find_bracketed_roots(shifted, low, high, (first - levels, last - levels))
     return Crossings(*_fold(roots, cells.rows, cycle), *_fold(touches, touch_rows, cycle))
 
 
@@ -309,9 +289,9 @@ def _count_levels(values: Array, periods: Array) -> Array:
 
 def _list_brackets(cells: _Cells, periods: Array) -> tuple[_Cells, Array]:
     """Return the intervals in which a level is crossed, each as often as levels are, and these."""
-    cells = cells.select(np.isfinite(cells.first) & np.isfinite(cells.last))
+    cells = cells.select(np.flatnonzero(np.isfinite(cells.ends[2:]).all(axis=0)))
     cell_periods = periods[cells.rows]
-    first, last = _count_levels(cells.first, cell_periods), _count_levels(cells.last, cell_periods)
+    first, last = _count_levels(cells.ends[2:], cell_periods)
     counts = np.minimum(np.abs(last - first), MAX_LEVELS).astype(np.int64)
     index = np.repeat(np.arange(len(counts)), counts)
     number = np.arange(len(index)) - np.repeat(np.cumsum(counts) - counts, counts)

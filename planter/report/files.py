@@ -19,11 +19,16 @@ import numpy as np
 from planter import paths
 from planter.errors import ComputationError
 from planter.files import csv_rows
-from planter.report import folder
+from planter.progress import Listener, ProgressPhase
+from planter.report import folder, style
 from planter.report.folder import output_folder as output_folder
+from planter.report.folder import renews_files
+from planter.safe_text import file_name
 from planter.version import __version__
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from planter.files.document import Document
     from planter.kernels import Array
 
@@ -125,6 +130,16 @@ def _plain(value: Any) -> Any:
     return value
 
 
+def list_versions() -> dict[str, str]:
+    """Return the versions of this program and of what its numbers depend on."""
+    return {
+        "planter": __version__,
+        "casadi": metadata.version("casadi"),
+        "numpy": metadata.version("numpy"),
+        "python": platform.python_version(),
+    }
+
+
 def list_provenance(machine: Document, seed: int | None = None) -> dict[str, Any]:
     """Return what a run can be repeated from: versions, the machine, and a hash of its values.
 
@@ -133,10 +148,7 @@ def list_provenance(machine: Document, seed: int | None = None) -> dict[str, Any
     """
     content = json.dumps(machine.table(), sort_keys=True, allow_nan=False).encode("utf-8")
     record: dict[str, Any] = {
-        "planter": __version__,
-        "casadi": metadata.version("casadi"),
-        "numpy": metadata.version("numpy"),
-        "python": platform.python_version(),
+        **list_versions(),
         "machine": machine.name,
         "machine_sha256": hashlib.sha256(content).hexdigest(),
         "changed": list(machine.changed),
@@ -161,11 +173,48 @@ def list_comments(
     yield f"{kind}: {machine.name} ({machine.description})"
     yield from more
     record = list_provenance(machine, seed)
-    yield "versions: " + ", ".join(
-        f"{name} {record[name]}" for name in ("planter", "casadi", "numpy", "python")
-    )
+    yield "versions: " + ", ".join(f"{name} {text}" for name, text in list_versions().items())
     yield f"machine_sha256: {record['machine_sha256']}"
     if machine.changed:
         yield "set on the command line: " + ", ".join(machine.changed)
     if seed is not None:
         yield f"seed: {seed}"
+
+
+RenderedFigure = Mapping[str, str | bytes]
+"""A figure by the endings of its files."""
+
+
+def render_figures(
+    figures: Mapping[str, Figure], progress: Listener | None = None
+) -> dict[str, RenderedFigure]:
+    """Render figures by name as SVG, PNG and PDF, and report the number of rendered figures to
+    `progress`.
+    """
+    rendered: dict[str, RenderedFigure] = {}
+    phase = ProgressPhase("drawing", "figure", len(figures), progress)
+    for name, figure in figures.items():
+        rendered[name] = style.render_figure(figure)
+        phase.advance(name)
+    return rendered
+
+
+@renews_files
+def write_bundle(
+    out: str | Path, texts: Mapping[str, str | bytes], figures: Mapping[str, RenderedFigure]
+) -> None:
+    """Write texts by file name, and figures into the folder `figures`.
+
+    Raises InputError, naming the path, before any file is written if the folder cannot be written
+    or if it has a file of one of these names that planter did not write.
+    """
+    contents: dict[str, str | bytes] = {}
+    for name, figure in figures.items():
+        stem, count = file_name(name), 1
+        while (
+            f"figures/{stem}.svg" in contents
+        ):  # names that differ only in characters which file names cannot have
+            count += 1
+            stem = f"{file_name(name)}-{count}"
+        contents |= {f"figures/{stem}.{ending}": content for ending, content in figure.items()}
+    write_all(out, contents | dict(texts))

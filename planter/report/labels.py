@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+import re
 import textwrap
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from functools import cache
+from importlib import resources
 from operator import attrgetter
-from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from planter.files import units
 from planter.paths import last_part
 from planter.report.html import Cell, Keys, Table
+from planter.text_files import parse_toml
 
 if TYPE_CHECKING:
     from planter.kernels import Array
+
 
 V = TypeVar("V", bound="Array | float | None")
 
@@ -88,10 +92,6 @@ def _in_list(value: Any) -> str:
     return f"{cell:.6g}" if isinstance(cell, float) else str(cell)
 
 
-def _clean_cell(value: Any) -> Cell:
-    return format_cell(clean_zero(value) if isinstance(value, float) else value)
-
-
 def list_values(values: Mapping[str, Any]) -> Keys:
     """Return the single values of a result under their labels, those of a group behind its name;
     lists are left out.
@@ -125,22 +125,6 @@ def tabulate_named(values: Mapping[str, Any], names: Mapping[str, str], caption:
             (name, format_cell(value), unit.strip() if stroke else units.display_unit(key), key)
         )
     return Table(NAMED_HEAD, rows, caption)
-
-
-def tabulate_rows(
-    rows: Sequence[Mapping[str, Any]],
-    keys: Sequence[str],
-    caption: str = "",
-    page_keys: Sequence[str] = (),
-    names: Mapping[str, str] = MappingProxyType({}),
-) -> Table:
-    """Return a table of `rows` with a column for each key, with its name if it has one in `names`.
-
-    Columns of `page_keys` come last, and on pages alone. Rounding errors are zero.
-    """
-    head = [format_label(key, names.get(key)) for key in (*keys, *page_keys)]
-    cells = [[_clean_cell(row[key]) for key in (*keys, *page_keys)] for row in rows]
-    return Table(head, cells, caption, head[len(keys) :])
 
 
 def tabulate_records(
@@ -182,3 +166,85 @@ def clean_zero(value: V) -> V:
     number: Any = value
     cleaned: V = value if number is None else number * (abs(number) >= ROUNDING) + 0.0
     return cleaned
+
+
+FILE, COLUMNS = "names.toml", "Columns"
+"""Name of the file, and of its group of columns."""
+_INDEX = re.compile(r"\[(\d+)\]")
+
+
+class DisplayName(NamedTuple):
+    """The name of a number, its symbol, which may be empty, and the title of its group."""
+
+    name: str
+    symbol: str
+    group: str
+
+
+class DisplayNames:
+    """Names by paths.
+
+    A path `pose[].x_mm` stands for all indices, whose number, counted from 1, replaces {}.
+    """
+
+    def __init__(self, groups: Mapping[str, Mapping[str, Any]]) -> None:
+        self._names: dict[str, DisplayName] = {}
+        self._order: dict[str, tuple[int, int]] = {}
+        for number, (group, entries) in enumerate(groups.items()):
+            for index, (path, entry) in enumerate(entries.items()):
+                name, symbol = (entry, "") if isinstance(entry, str) else entry
+                self._names[path] = DisplayName(name, symbol, group)
+                self._order[path] = number, index
+
+    def find(self, path: str) -> DisplayName | None:
+        """Return the name of a number, None if the file has none."""
+        for pattern, index in _list_patterns(path):
+            if pattern in self._names:
+                entry = self._names[pattern]
+                return entry._replace(
+                    name=entry.name.format(index), group=entry.group.format(index)
+                )
+        return None
+
+    def with_symbols(self) -> dict[str, str]:
+        """Return the names of all numbers by their paths, with their symbols in brackets."""
+        return {
+            path: f"{name} ({symbol})" if symbol else name
+            for path, (name, symbol, _) in self._names.items()
+        }
+
+    def list_columns(self) -> dict[str, str]:
+        """Return the meanings of columns that are neither a symbol's nor a result's, by name."""
+        return {path: name for path, (name, _, group) in self._names.items() if group == COLUMNS}
+
+    def meanings(self, paths: Iterable[str]) -> dict[str, str]:
+        """Return the names of numbers by their paths, without those that have none."""
+        return {path: entry.name for path in paths if (entry := self.find(path)) is not None}
+
+    def position(self, path: str) -> tuple[int, int, int]:
+        """Return the position of a path on a page: of its group, its index, and its position in the
+        group.
+
+        Paths without a name come last.
+        """
+        for pattern, index in _list_patterns(path):
+            if pattern in self._order:
+                group, entry = self._order[pattern]
+                return group, index, entry
+        return len(self._order), 0, 0
+
+
+def _list_patterns(path: str) -> Iterator[tuple[str, int]]:
+    """Yield a path, and the path for all of its first indices with the number of its index, counted
+    from 1.
+    """
+    yield path, 0
+    if match := _INDEX.search(path):
+        yield f"{path[: match.start()]}[]{path[match.end() :]}", int(match[1]) + 1
+
+
+@cache
+def load_names(package: str) -> DisplayNames:
+    """Return the names of a package's machines."""
+    text = resources.files(package).joinpath(FILE).read_text(encoding="utf-8")
+    return DisplayNames(parse_toml(text, FILE))

@@ -19,7 +19,7 @@ from planter.files.document import Document
 from planter.files.record import Record, WarningRecord
 from planter.kernels import Array
 from planter.progress import Listener
-from planter.report import bundle, files, labels, process
+from planter.report import files, labels, process
 from planter.report.console import Console
 from planter.report.html import (
     Block,
@@ -38,8 +38,15 @@ from planter.report.html import (
     is_number,
     render_page,
 )
-from planter.report.labels import format_cell, separate_words
-from planter.report.writing import PROOF
+from planter.report.labels import (
+    clean_zero,
+    format_cell,
+    format_label,
+    format_name,
+    separate_words,
+    tabulate_named,
+)
+from planter.report.options import PROOF
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -264,9 +271,9 @@ class ResultPresentation:
         Raises InputError if the folder cannot be written.
         """
         files.output_folder(out)
-        images = bundle.render_figures(self.figures(), progress)
+        images = files.render_figures(self.figures(), progress)
         page = self.page({name: str(image["svg"]) for name, image in images.items()})
-        bundle.write_bundle(out, {**self._data(), "report.html": page}, images)
+        files.write_bundle(out, {**self._data(), "report.html": page}, images)
 
     def write_data(self, out: Path) -> None:
         """Write summary.json, tables and texts, but neither figures nor the page, which take
@@ -274,7 +281,7 @@ class ResultPresentation:
 
         Raises InputError if the folder cannot be written.
         """
-        bundle.write_bundle(out, self._data(), {})
+        files.write_bundle(out, self._data(), {})
 
     def _data(self) -> dict[str, str | bytes]:
         comments = list(self.comments)
@@ -452,3 +459,105 @@ def print_sentence(text: str, mark: str = "") -> None:
             subsequent_indent=" " * len(mark),
         )
     )
+
+
+PAGE_COLUMNS = (
+    "source",
+    "share",
+    "hinges_mm",
+    "angle_error_deg",
+    "multiplicity",
+    "outside",
+    "lower",
+    "upper",
+)
+"""Columns of rows that only pages have."""
+
+
+def list_record_sections(
+    record: Record, names: Mapping[str, str], omit: Collection[str] = ()
+) -> Iterator[Section]:
+    """Yield the sections of a result: warnings, single values and groups, then each list of rows.
+
+    `names` has the names of keys, and those of groups and lists under `group.KEY`; keys without a
+    name have their words. Rows that hold rows themselves have a section each.
+    """
+    yield from list_warning_sections(getattr(record, "warnings", None) or [])
+    table = record.table()
+    entries = {key: value for key, value in table.items() if key not in (*omit, "warnings")}
+    yield Section("Results", list(_list_blocks(entries, names)))
+    for key, rows in entries.items():
+        if not is_table(rows):
+            continue
+        title = name_group(key, names)
+        if any(is_nested(value) for value in rows[0].values()):
+            for number, row in enumerate(rows, 1):
+                blocks = [*_list_blocks(row, names), *_list_tables(row, names)]
+                yield Section(f"{title} {number}", blocks)
+        else:
+            yield Section(title, [tabulate_record_rows(rows, names)])
+
+
+def _list_blocks(table: Mapping[str, Any], names: Mapping[str, str]) -> Iterator[Block]:
+    """Yield the single values of a record, then each group with its tables."""
+    single = {key: value for key, value in table.items() if not is_nested(value) and value != []}
+    if single:
+        yield _tabulate_values(single, names)
+    for key, group in table.items():
+        if isinstance(group, Mapping):
+            inner = {name: value for name, value in group.items() if not is_nested(value)}
+            yield _tabulate_values(inner, names, name_group(key, names))
+            yield from _list_tables(group, names)
+
+
+def _list_tables(table: Mapping[str, Any], names: Mapping[str, str]) -> Iterator[Block]:
+    for key, rows in table.items():
+        if is_table(rows):
+            yield tabulate_record_rows(rows, names, name_group(key, names))
+
+
+def _tabulate_values(
+    values: Mapping[str, Any], names: Mapping[str, str], caption: str = ""
+) -> Table:
+    return tabulate_named({key: _clean(v) for key, v in values.items()}, names, caption)
+
+
+def tabulate_record_rows(
+    rows: Sequence[Mapping[str, Any]], names: Mapping[str, str], caption: str = ""
+) -> Table:
+    """Return a table of rows with a column for each key."""
+    heads = [_name_column(key, names) for key in rows[0]]
+    cells = [[format_cell(_clean(row.get(key))) for key in rows[0]] for row in rows]
+    if "name" in rows[0]:  # a design value is named as on the page
+        column = list(rows[0]).index("name")
+        for row in cells:
+            row[column] = names.get(str(row[column]), row[column])
+    page_columns = [_name_column(key, names) for key in PAGE_COLUMNS]
+    return Table(heads, cells, caption, page_columns)
+
+
+def _name_column(key: str, names: Mapping[str, str]) -> str:
+    return format_label(key, names[key]) if key in names else _capitalise(format_label(key))
+
+
+def name_group(key: str, names: Mapping[str, str]) -> str:
+    """Return the title of a group or list."""
+    return names.get(f"group.{key}", _capitalise(format_name(key)))
+
+
+def is_table(value: object) -> bool:
+    """Return whether a value is a list of rows."""
+    return isinstance(value, list) and bool(value) and isinstance(value[0], Mapping)
+
+
+def is_nested(value: object) -> bool:
+    """Return whether a value is a group or a list of rows."""
+    return isinstance(value, Mapping) or is_table(value)
+
+
+def _capitalise(text: str) -> str:
+    return f"{text[:1].upper()}{text[1:]}"
+
+
+def _clean(value: Any) -> Any:
+    return clean_zero(value) if isinstance(value, float) else value

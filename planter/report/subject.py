@@ -12,11 +12,11 @@ from planter import plugins, safe_text
 from planter.errors import InputError, PlanterError
 from planter.files import units
 from planter.files.document import Document, format_lines
-from planter.files.kinds import find_kind, load_part
+from planter.files.examples import find_kind, load_part
 from planter.kernels import Array
 from planter.kernels.programs import Program
 from planter.report import labels
-from planter.report.names import DisplayName, DisplayNames
+from planter.report.labels import DisplayName, DisplayNames
 from planter.report.scene import Scene
 from planter.text_files import is_file, parse_toml, read_text
 from planter.version import __version__

@@ -9,8 +9,7 @@ import typer
 
 from planter.errors import InputError
 from planter.report.console import Console
-from planter.report.options import refuse_unused
-from planter.report.writing import writes_files
+from planter.report.options import refuse_unused, writes_files
 from planter.text_files import is_file
 
 app = typer.Typer()

@@ -8,14 +8,87 @@ from __future__ import annotations
 
 import os
 import sys
+import tomllib
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
 
 import pytest
 
-from tests.mutants.forks import Job, answers
-from tests.mutants.mutator import mutants, mutated
-from tests.mutants.rooms import SEED, Room, equivalent, rooms
+from tests.mutants.forks import ROOT, Job, answers
+from tests.mutants.mutator import Mutant, mutants, mutated
 
-ROOMS = rooms()
+SEED = 17
+HERE = Path(__file__).parent
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A module with a fault in it."""
+
+    path: Path
+    mutant: Mutant
+
+    @property
+    def name(self) -> str:
+        return f"{self.path.stem}: {self.mutant.name}"
+
+
+@dataclass(frozen=True)
+class Room:
+    """Modules by patterns, the size of the sample, and tests, those first that most likely fail.
+
+    `seconds` of the processor are more than twice what the tests need on sound modules. `writes`
+    says that the modules write programmes, so that faults are planted in that text, too.
+    """
+
+    modules: tuple[str, ...]
+    size: int
+    tests: tuple[str, ...]
+    seconds: int
+    writes: bool = False
+
+    @cached_property
+    def paths(self) -> list[Path]:
+        paths = (path for pattern in self.modules for path in ROOT.glob(pattern))
+        return sorted(path for path in paths if path.stem != "__init__")
+
+    @cached_property
+    def trials(self) -> list[Trial]:
+        return [
+            Trial(path, m)
+            for path in self.paths
+            for m in mutants(path.read_text("utf-8"), self.writes)
+        ]
+
+    @property
+    def sample(self) -> list[Trial]:
+        """The mutants that come first in a seeded order of all."""
+        return sorted(self.trials, key=lambda trial: trial.mutant.rank(SEED))[: self.size]
+
+    def job(self, trial: Trial) -> Job:
+        """The tests of a module with a fault in it."""
+        return self._job(
+            trial.path, mutated(trial.path.read_text("utf-8"), trial.mutant, self.writes)
+        )
+
+    def sound(self, path: Path) -> Job:
+        """The tests of a module as it is."""
+        return self._job(path, path.read_text("utf-8"))
+
+    def _job(self, path: Path, text: str) -> Job:
+        module = ".".join(path.relative_to(ROOT).with_suffix("").parts)
+        return Job(module, text, tuple(self.tests), self.seconds)
+
+
+def read_toml(name: str) -> dict[str, Any]:
+    return tomllib.loads((HERE / name).read_text("utf-8"))
+
+
+ROOMS = {name: Room(**fields) for name, fields in read_toml("rooms.toml").items()}
+EQUIVALENT = {e["mutant"]: e["reason"] for e in read_toml("equivalent.toml")["equivalent"]}
+"""Mutants that do the same as the module they are of, with the reason."""
 MANY = 200
 CAUGHT = 0.95
 """Share of the mutants of a room that do something else than the module they are of."""
@@ -82,18 +155,16 @@ def test_the_sample_is_large_and_tests_are_there() -> None:
 
 
 def test_equivalent_mutants_exist_and_have_reasons() -> None:
-    assert set(equivalent()) <= {
-        trial.name for room in ROOMS.values() for trial in room.list_trials
-    }
-    assert all(equivalent().values())
+    assert EQUIVALENT.keys() <= {trial.name for room in ROOMS.values() for trial in room.trials}
+    assert all(EQUIVALENT.values())
 
 
 @pytest.mark.long
 @forks
 @pytest.mark.parametrize("name", ROOMS)
 def test_nearly_every_fault_is_caught(name: str) -> None:
-    room, known_equivalent = ROOMS[name], equivalent()
-    trials = [trial for trial in room.sample if trial.name not in known_equivalent]
+    room = ROOMS[name]
+    trials = [trial for trial in room.sample if trial.name not in EQUIVALENT]
     results = list(answers([room.job(trial) for trial in trials]))
     missed = [trial.name for trial, answer in zip(trials, results, strict=True) if not answer.by]
     print(
@@ -129,6 +200,6 @@ if __name__ == "__main__":
     for trial, answer in zip(
         chosen.sample, answers(list(map(chosen.job, chosen.sample))), strict=True
     ):
-        outcome = "equivalent" if trial.name in equivalent() else "MISSED"
+        outcome = "equivalent" if trial.name in EQUIVALENT else "MISSED"
         print(f"{answer.seconds:6.2f} s  {answer.by or outcome}  {trial.name}", flush=True)
     print(f"seed {SEED}")

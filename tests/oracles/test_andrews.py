@@ -36,15 +36,20 @@ def exact(data: list[object]) -> tuple[list[object], list[object]]:
     state = [*map(mp.mpf, START.split()), *[mp.mpf(0)] * 7]
     names, multipliers = model.outputs("start")[:7], [name[6:] for name in model.outputs("speeds")]
     values: dict[str, object] = {}
-    for stage in ("inertia", "forces", "slopes", "bends"):
+    for stage in ("slopes", "bends"):
         if stage in model.sidecar["functions"]:
             entries = getattr(code, stage)(xp_mpmath, mp.mpf(0), data, state)
             values |= dict(zip(model.outputs(stage), entries, strict=True))
+    units = mp.eye(7)
+    rest, *moved = (
+        code.residual(xp_mpmath, mp.mpf(0), data, state, accelerations)
+        for accelerations in ([mp.mpf(0)] * 7, *(list(units.column(j)) for j in range(7)))
+    )
     matrix, right = mp.matrix(13, 13), mp.matrix(13, 1)
     for i, a in enumerate(names):
-        right[i] = values.get(f"force_{a}", 0)
-        for j, b in enumerate(names):
-            matrix[i, j] = values.get(f"inertia_{a}_{b}", 0)
+        right[i] = -rest[i]
+        for j, residual in enumerate(moved):
+            matrix[i, j] = residual[i] - rest[i]
         for j, c in enumerate(multipliers, 7):
             slope = values.get(f"slope_{c}_{a}", 0)
             matrix[i, j], matrix[j, i] = -slope, slope

@@ -12,7 +12,7 @@ from planter.engine.solvers.local_search import search_from_starts
 from planter.errors import GeometryError
 from planter.jobs import Jobs
 from planter.papers.planting.optimisation import build_descent_task
-from planter.rows.sweeps.job import CHUNK, Recipe, Store, run_job
+from planter.rows.job import CHUNK, Recipe, Store, run_job
 from planter.task import Means
 from tests.planter.engine.solvers import toys
 from tests.planter.test_jobs import SQUARES
@@ -32,7 +32,7 @@ def means() -> Iterator[Means]:
 def test_rows_survive_a_killed_worker(means: Means, tmp_path: Path) -> None:
     mark, digests = tmp_path / "killed", []
     for more in ({"fatal": CHUNK, "mark": str(mark)}, {}):
-        recipe = Recipe("tests.planter.rows.sweeps.toys:Squares", {"rows": ROWS, **more})
+        recipe = Recipe("tests.planter.rows.toys:Squares", {"rows": ROWS, **more})
         with Store(None, recipe.question, ROWS, 2) as store:
             done = run_job(recipe, store, means if more else Means(1))
             digests.append(store.digest())

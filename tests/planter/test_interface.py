@@ -146,7 +146,7 @@ def test_rows_become_frames(device: Device) -> None:
     assert list(simulation.to_frame()["phi_deg"]) == list(simulation.angles_deg)
     assert list(simulation.result.to_frame()["phi_deg"]) == [0.0, 100.0]
     batch = planter.evaluate_many(device, device.design[None], 24)
-    assert batch.to_frame()["range_N"][0] == batch.range_N[0]
+    assert batch.to_frame()["objective"][0] == batch.objective[0]
     with pytest.raises(InputError, match="has no rows warnigs"):
         simulation.result.to_frame("warnigs")
     with pytest.raises(InputError, match="has no rows to make a table of"):

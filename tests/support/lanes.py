@@ -77,8 +77,8 @@ def both(work: LaneTask, *arrays: object) -> tuple[dict[str, Array], dict[str, A
     """Outputs of the lane kernel, and of CasADi's virtual machine, which may be infinite without a
     complaint.
     """
-    return evaluated(work, backends.build_lane_backend(work), *arrays), evaluated(
-        work, backends.build_virtual_machine(work), *arrays
+    return evaluated(work, backends.build_compiled(work, "lanes"), *arrays), evaluated(
+        work, backends.VirtualMachine(work), *arrays
     )
 
 

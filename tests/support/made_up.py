@@ -3,12 +3,17 @@
 import random
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import sympy as sp
 
+from derive.audit.case import Case
 from derive.audit.judge import Judgement, judge_equation
 from derive.audit.paper import Subject
+from derive.audit.reading_search import Outcome, judge_linked_readings
+from derive.audit.record import Record, record_equations
+from derive.audit.texts.trial import read_trial
 from derive.equations import Claimed, Equation, Relation
 from derive.evaluate import Point
 from derive.quantity import Quantity
@@ -67,6 +72,43 @@ def tampered(subject: Subject, **parts: Any) -> Subject:
     """The same subject with other methods."""
     changed: Subject = type("Tampered", (type(subject),), parts)()
     return changed
+
+
+def judge_readings(case: Case, number: str) -> Outcome:
+    """Return an equation's outcome under the kindest joint reading of all that it is linked with."""
+    return judge_linked_readings(case, number)[number]
+
+
+def judge_number(case: Case, number: str) -> Judgement:
+    """Return the judgement on an equation under its kindest reading."""
+    return judge_readings(case, number).kindest.judgement
+
+
+def list_verdicts(outcome: Outcome) -> list[str]:
+    """List the verdicts under all readings."""
+    return [hearing.judgement.verdict for hearing in outcome.alternatives]
+
+
+def record_equation(case: Case, number: str) -> Record:
+    """Return the record of an equation of a paper."""
+    return record_equations(case, [number], "key")[0]
+
+
+def read_text(
+    folder: Path, mechanism: str, text: str, names: str | None = None, suffix: str = ".tex"
+) -> Case:
+    """Return the case of a text compared with a mechanism, from files in a folder."""
+    files = {"stated.py": mechanism, f"text{suffix}": text, "names.toml": names}
+    for name, content in files.items():
+        if content is not None:
+            (folder / name).write_text(content, encoding="utf-8")
+    meanings = None if names is None else folder / "names.toml"
+    return read_trial(folder / f"text{suffix}", folder / "stated.py", meanings)
+
+
+def record_all(case: Case) -> list[Record]:
+    """Return the records of all equations of a paper."""
+    return [record_equation(case, number) for number in case.paper.equations]
 
 
 POINTS = [Point(values(seed)) for seed in (1, 2, 3)]

@@ -18,7 +18,6 @@ from derive.audit.case import AS_READ, Case
 from derive.audit.comparison import align_sides
 from derive.audit.judge import Judgement
 from derive.audit.paper import Paper, Question
-from derive.audit.reading_search import judge_readings
 from derive.audit.verdicts import find_cases
 from derive.discovery import import_modules
 from derive.equations import Equation
@@ -26,6 +25,7 @@ from derive.evaluate import DIGITS, NotEvaluated, Point
 from derive.generated_folder import GENERATED
 from derive.quantity import DimensionError, dimension
 from tests.support.errors import KINDS
+from tests.support.made_up import judge_number
 
 CASES = {case.paper.name: case for case in find_cases(import_modules(papers)).values()}
 SLOW = 20
@@ -56,7 +56,7 @@ def judge_alone(name: str, equation: Equation) -> Judgement:
     alone = replace(
         CASES[name].paper, equations={equation.number: equation}, questions=open_questions
     )
-    return judge_readings(_like(name, alone), equation.number).kindest.judgement
+    return judge_number(_like(name, alone), equation.number)
 
 
 def questions(name: str, number: str) -> list[Question]:

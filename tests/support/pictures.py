@@ -11,7 +11,7 @@ from tempfile import TemporaryDirectory
 import pytest
 from PIL import Image
 
-from planter.report import bundle, style
+from planter.report import files, style
 from tests.support.cli import run
 from tests.support.structure import ROOT
 
@@ -42,7 +42,7 @@ def draw_picture(name: str, folder: Path) -> Path:
     picture = folder / Path(name).name
     out = picture.with_suffix("") if figure else picture
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(bundle, "style", style)  # which the tests replace by a quicker one
+        patch.setattr(files, "style", style)  # which the tests replace by a quicker one
         code, _, message = run(command, "--out", str(out))
     if code != 0:
         raise RuntimeError(f"planter {command}: {message}")

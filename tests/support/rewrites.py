@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 
 import sympy as sp
 from sympy import Basic, Expr
@@ -74,10 +75,6 @@ def _divided(equation: Equation) -> Equation:
     return replace(equation, residual=sp.expand(expanded / factor, trig=False))
 
 
-def _apply_to_equation(change: Callable[[Expr], Expr]) -> Callable[[Equation], Equation]:
-    return lambda equation: rewritten(equation, change)
-
-
 def _a_turn_on(equation: Equation) -> Equation:
     """A direction a whole turn on: an angle of which everything else asks for sines and cosines
     alone.
@@ -88,36 +85,37 @@ def _a_turn_on(equation: Equation) -> Equation:
     return rewritten(equation, lambda e: e + 2 * sp.pi) if direction else equation
 
 
+_EXPRESSIONS: dict[str, Callable[[Expr], Expr]] = {
+    "multiplied out": sp.expand,
+    "products multiplied out": sp.expand_mul,
+    "factored": sp.factor,
+    "common factors taken out": sp.factor_terms,
+    "one fraction": sp.together,
+    "terms reversed": _reversed,
+    "double negation": lambda e: sp.Mul(-1, sp.Mul(-1, e, evaluate=False), evaluate=False),
+    "halves of the double": lambda e: (
+        e and sp.Mul(sp.Rational(1, 2), sp.Mul(2, e, evaluate=False), evaluate=False)
+    ),
+    "divided by one": lambda e: sp.Mul(
+        e, sp.Pow(sp.Integer(1), -1, evaluate=False), evaluate=False
+    ),
+    "sin(pi - x)": _replaced(sp.sin, lambda x: _sin(sp.pi - x)),
+    "-sin(-x)": _replaced(sp.sin, lambda x: -_sin(-x)),
+    "cos(-x)": _replaced(sp.cos, lambda x: _cos(-x)),
+    "-cos(pi - x)": _replaced(sp.cos, lambda x: -_cos(sp.pi - x)),
+    "cos(2 pi + x)": _replaced(sp.cos, lambda x: _cos(2 * sp.pi + x)),
+    "tan(pi + x)": _replaced(sp.tan, lambda x: _tan(sp.pi + x)),
+    "sin/cos for tan": _replaced(sp.tan, lambda x: sp.sin(x) / sp.cos(x)),
+    "-atan(-x)": _replaced(sp.atan, lambda x: -sp.atan(-x, evaluate=False)),
+    "squares as products": _replaced(sp.Pow, _product),
+    "sin^2 + cos^2 for one": lambda e: e * (sp.sin(1) ** 2 + sp.cos(1) ** 2),
+    "sums of angles multiplied out": sp.expand_trig,
+    "conditions the other way round": _conditions_turned,
+}
 REWRITES: dict[str, Callable[[Equation], Equation]] = {
+    **{name: partial(rewritten, change=change) for name, change in _EXPRESSIONS.items()},
     "sides exchanged": _sides_exchanged,
     "both sides times a number": _multiplied,
-    "multiplied out": _apply_to_equation(sp.expand),
-    "products multiplied out": _apply_to_equation(sp.expand_mul),
-    "factored": _apply_to_equation(sp.factor),
-    "common factors taken out": _apply_to_equation(sp.factor_terms),
-    "one fraction": _apply_to_equation(sp.together),
-    "terms reversed": _apply_to_equation(_reversed),
-    "double negation": _apply_to_equation(
-        lambda e: sp.Mul(-1, sp.Mul(-1, e, evaluate=False), evaluate=False)
-    ),
-    "halves of the double": _apply_to_equation(
-        lambda e: e and sp.Mul(sp.Rational(1, 2), sp.Mul(2, e, evaluate=False), evaluate=False)
-    ),
-    "divided by one": _apply_to_equation(
-        lambda e: sp.Mul(e, sp.Pow(sp.Integer(1), -1, evaluate=False), evaluate=False)
-    ),
-    "sin(pi - x)": _apply_to_equation(_replaced(sp.sin, lambda x: _sin(sp.pi - x))),
-    "-sin(-x)": _apply_to_equation(_replaced(sp.sin, lambda x: -_sin(-x))),
-    "cos(-x)": _apply_to_equation(_replaced(sp.cos, lambda x: _cos(-x))),
-    "-cos(pi - x)": _apply_to_equation(_replaced(sp.cos, lambda x: -_cos(sp.pi - x))),
-    "cos(2 pi + x)": _apply_to_equation(_replaced(sp.cos, lambda x: _cos(2 * sp.pi + x))),
-    "tan(pi + x)": _apply_to_equation(_replaced(sp.tan, lambda x: _tan(sp.pi + x))),
-    "sin/cos for tan": _apply_to_equation(_replaced(sp.tan, lambda x: sp.sin(x) / sp.cos(x))),
-    "-atan(-x)": _apply_to_equation(_replaced(sp.atan, lambda x: -sp.atan(-x, evaluate=False))),
-    "squares as products": _apply_to_equation(_replaced(sp.Pow, _product)),
-    "sin^2 + cos^2 for one": _apply_to_equation(lambda e: e * (sp.sin(1) ** 2 + sp.cos(1) ** 2)),
-    "sums of angles multiplied out": _apply_to_equation(sp.expand_trig),
-    "conditions the other way round": _apply_to_equation(_conditions_turned),
     "both sides the other way round": _turned_round,
     "divided by a factor": _divided,
     "a whole turn on": _a_turn_on,

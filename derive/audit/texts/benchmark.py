@@ -19,6 +19,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
 from functools import partial
+from itertools import chain
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any, Literal
@@ -29,9 +30,9 @@ from sympy import Expr
 from ...equations import Definition
 from ...evaluate import DIGITS, TOLERANCE, NotEvaluated, Point
 from ...generated_folder import OwnError
-from ..judge import holds
+from ..terms import holds, list_unknown
 from .changes import SLIPS, PrintedFormula, list_rewrites
-from .corrections import UNREADABLE, find_repairs
+from .corrections import UNREADABLE
 from .documents import SUFFIXES, read_document
 from .formula import expand_matrix_macros, read_formula
 from .interpretation import interpret_formula
@@ -217,8 +218,7 @@ class TextClaims:
         reading = self.read(claim.latex, claim)
         if reading is None:
             return "refused"
-        symbols = {symbol for part in reading for symbol in part.residual.free_symbols}
-        if any(symbol not in point for symbol in symbols for point in self.points):
+        if any(list_unknown(part.residual, self.points) for part in reading):
             return "refused"
         return "holds" if all(map(self._holds, reading)) else "fails"
 
@@ -294,13 +294,10 @@ class TextClaims:
         outcome = self.judge(claim)
         if outcome != "fails" or not claim.correct:
             return CheckerAnswer(outcome)
-        macros, names = self.printed.document.macros, self._names[claim.row]
-        index = next(
-            i for i, part in enumerate(self.read(claim.latex, claim) or ()) if not self._holds(part)
-        )
-        repair = find_repairs(
-            claim.latex, index, names, self.points, macros, self.vocabulary, self.draw_points
-        )
+        parts = enumerate(self.read(claim.latex, claim) or ())
+        index = next(i for i, part in parts if not self._holds(part))
+        names = self._names[claim.row]
+        repair = self.printed.correct(claim.latex, index, names, self.points, self.draw_points)
         return CheckerAnswer(
             outcome, repair is not None and self.is_same(repair.latex, claim.correct, claim)
         )
@@ -342,21 +339,16 @@ def _are_proportional(first: Expr, second: Expr) -> bool:
         return all(abs(ratio - ratios[0]) <= TOLERANCE * abs(ratios[0]) for ratio in ratios)
 
 
-@dataclass(frozen=True)
-class TextResult:
-    """A text's part of the result, its claims, and the answers to them by checker."""
-
-    summary: dict[str, Any]
-    claims: tuple[BenchmarkClaim, ...]
-    answers: Mapping[str, tuple[CheckerAnswer, ...]]
-
-
+Answers = Mapping[str, tuple[CheckerAnswer, ...]]
+"""The answers to claims by checker."""
 OWN, UNITS = "planter", "units"
 
 
-def judge_corpus_text(text: CorpusText, slips: int, seed: int) -> TextResult:
-    """Return claims of a text, with `slips` slips of all classes together, and the answers of this
-    audit.
+def judge_corpus_text(
+    text: CorpusText, slips: int, seed: int
+) -> tuple[dict[str, Any], tuple[BenchmarkClaim, ...], Answers]:
+    """Return a text's part of the result, its claims, with `slips` slips of all classes together,
+    and the answers of this audit.
     """
     audit = TextClaims(text)
     claims = (*audit.sound, *audit.errata, *audit.draw(slips, seed))
@@ -375,7 +367,7 @@ def judge_corpus_text(text: CorpusText, slips: int, seed: int) -> TextResult:
         "errata": len(audit.errata),
         "seconds": audit.seconds + time.perf_counter() - begun,
     }
-    return TextResult(summary, claims, answers)
+    return summary, claims, answers
 
 
 def run_benchmark(
@@ -393,15 +385,16 @@ def run_benchmark(
     judge = partial(judge_corpus_text, slips=-(-slips // len(present)), seed=seed)
     with ProcessPoolExecutor(mp_context=get_context("spawn")) as pool:
         results = list(pool.map(judge, present))
-    claims = [claim for result in results for claim in result.claims]
+    summaries, claims_by_text, answers_by_text = zip(*results, strict=True)
+    claims = list(chain.from_iterable(claims_by_text))
     by_checker = {
-        name: [a for result in results for a in result.answers[name]] for name in (OWN, UNITS)
+        name: [a for by_name in answers_by_text for a in by_name[name]] for name in (OWN, UNITS)
     }
     if answers is not None:
         by_checker[answers.stem] = _read_answers(answers, claims)
     return {
         "seed": seed,
-        "texts": [result.summary for result in results],
+        "texts": summaries,
         "absent": [text.name for text in corpus if text.file is None],
         "checkers": {
             name: score_answers(claims, answered) for name, answered in by_checker.items()

@@ -6,14 +6,15 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields, replace
 from itertools import chain as joined
 from typing import Any
 
 import numpy as np
 
 from ...evaluate import Point
-from ..judge import holds
+from ..paper import Repair
+from ..terms import holds
 from .changes import (
     FURTHER,
     LIKELY,
@@ -25,7 +26,9 @@ from .changes import (
 from .formula import (
     Bracket,
     FormulaError,
+    FunctionCall,
     Heading,
+    Magnitude,
     Matrix,
     Name,
     Node,
@@ -33,16 +36,16 @@ from .formula import (
     RelationChain,
     Sum,
     Symbol,
+    build_sum,
     list_nodes,
     read_formula,
+    read_terms,
     tokenize_formula,
 )
 from .interpretation import Interpreter, interpret_formula, list_scalars
-from .monomials import MonomialSearch
+from .monomials import MonomialSearch, list_vector_terms
 from .names import PointNames, StatedNames
-from .rereading import Rereader
-from .values import OperandError, Scalar, Value
-from .vector_terms import list_vector_terms
+from .values import Scalar, Value
 
 TOLERANCE = 1e-9
 """Residual that counts as zero, as a share of the largest term: far above the rounding of 15
@@ -56,15 +59,7 @@ SPARE = 4
 """Points by which there are more than terms, of which the signs are sought."""
 DEPENDENT = 1e-8
 """Length of a sum of unit vectors that is zero but for rounding."""
-UNREADABLE = (
-    FormulaError,
-    OperandError,
-    TypeError,
-    ValueError,
-    ZeroDivisionError,
-    RecursionError,
-    IndexError,
-)
+UNREADABLE = (TypeError, ValueError, ZeroDivisionError, RecursionError, IndexError)
 """Errors of a formula that cannot be read or evaluated."""
 MOST_CANDIDATES = 20_000
 SOLVED = 1e-13
@@ -73,17 +68,6 @@ MOST_TOKENS = 400_000
 """Tokens of all candidates of a group of changes, each of which is read again: fewer candidates of
 a longer row.
 """
-
-
-@dataclass(frozen=True)
-class Repair:
-    """A change of a row: its LaTeX after it, the change in words, and other changes that would do
-    as well.
-    """
-
-    latex: str
-    text: str
-    alternatives: tuple[str, ...] = ()
 
 
 def find_repairs(
@@ -116,7 +100,7 @@ def find_repairs(
     try:
         printed = PrintedFormula.read(latex, macros, names, words)
         before = _outcomes(printed.chain, at_points, _Memory())
-    except (FormulaError, OperandError, TypeError, ValueError):
+    except UNREADABLE:
         return None
     if before is None or not index < len(before):
         return None
@@ -254,7 +238,7 @@ def _confirmed(
     try:
         chain = read_formula(latex, macros)
         _, relation, left, right = interpret_formula(chain, names).residuals(names)[index]
-    except (FormulaError, OperandError, TypeError, ValueError, IndexError):
+    except UNREADABLE:
         return False
     residual = left.value - right.value
     if relation != "=" or ((left + (-right)).mixed and not is_mixed):
@@ -466,3 +450,82 @@ def _find_wrong_signs(parts: Any) -> list[int]:
     return min(
         (group for group in groups if last not in group), key=lambda group: (len(group), 0 in group)
     )
+
+
+class Rereader:
+    """Reads what small changes make of a formula, by the tree that it was read as.
+
+    A formula is read as a whole after a change between its terms, and with macros, plus-minus signs
+    or bars in it: what these mean does not stand in a term alone. ``brackets`` are those of
+    `read_formula`.
+    """
+
+    def __init__(
+        self,
+        latex: str,
+        chain: RelationChain,
+        macros: Mapping[str, tuple[int, str]],
+        brackets: dict[tuple[str, ...], Bracket],
+    ) -> None:
+        self.latex, self.chain, self.macros, self.brackets = latex, chain, macros, brackets
+        is_plain = not any(token.fixed for token in tokenize_formula(latex, macros))
+        for node in list_nodes(chain):
+            is_signed = isinstance(node, Sum) and any(abs(sign) == 2 for sign, _ in node.terms)
+            is_plain = is_plain and not is_signed and not isinstance(node, Magnitude)
+        parts = _list_parts(chain) if is_plain else ()
+        self._parts = sorted(parts, key=lambda part: part.end - part.start)
+
+    def read(self, pieces: Sequence[tuple[int, int, str]], changed: str) -> RelationChain:
+        """Return the tree of a changed source; ``pieces`` are the ranges that changed.
+
+        Raises FormulaError.
+        """
+        first, last = min(start for start, _, _ in pieces), max(end for _, end, _ in pieces)
+        part = next(
+            (part for part in self._parts if part.start <= first and last <= part.end), None
+        )
+        source = changed[part.start : part.end + len(changed) - len(self.latex)] if part else ""
+        if (
+            part is None or source.strip() == "t" or source.strip().isdigit()
+        ):  # x(t), x(0) are no products
+            return read_formula(changed, self.macros, self.brackets)
+        try:
+            terms = read_terms(source, self.macros, self.brackets)
+        except FormulaError:
+            return read_formula(changed, self.macros, self.brackets)
+        tree: RelationChain = _replace_part(self.chain, part, terms)
+        return tree
+
+
+def _list_parts(chain: RelationChain) -> Iterator[Node]:
+    """Yield what is read up to a sign, a relation or the end of a bracket, whatever stands before
+    it.
+    """
+    yield from (side for side in chain.sides if not isinstance(side, Heading))
+    for node in list_nodes(chain):
+        if isinstance(node, Bracket):
+            yield from node.parts
+        elif isinstance(node, FunctionCall):
+            yield from node.arguments
+        elif isinstance(node, Sum) and len(node.terms) > 1:
+            yield from (term for _, term in node.terms)
+
+
+def _replace_part(tree: Any, part: Node, new: tuple[tuple[int, Node], ...]) -> Any:
+    """Return a tree with signs and terms in the place of a part; those in a sum become signs and
+    terms of that.
+    """
+    if tree is part:
+        return build_sum(part.start, new, part.end)
+    if isinstance(tree, tuple):
+        return tuple(_replace_part(entry, part, new) for entry in tree)
+    if not isinstance(tree, Node) or not (tree.start <= part.start and part.end <= tree.end):
+        return tree
+    if isinstance(tree, Sum) and any(term is part for _, term in tree.terms):
+        terms: list[tuple[int, Node]] = []
+        for sign, term in tree.terms:
+            (first_sign, first), *rest = new if term is part else ((1, term),)
+            terms += [(sign * first_sign, first), *rest]
+        return replace(tree, terms=tuple(terms))
+    values = {field.name: getattr(tree, field.name) for field in fields(tree)}
+    return type(tree)(**{name: _replace_part(value, part, new) for name, value in values.items()})

@@ -12,6 +12,8 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 from pathlib import Path
 
+from ...generated_folder import OwnError
+
 SUFFIXES = (".tex", ".md", ".rst", ".ipynb")
 """Endings of the names of texts that can be read."""
 _NUMBERED = (
@@ -78,10 +80,6 @@ on from it.
 """
 
 
-class TextError(ValueError):
-    """A text that cannot be read at all: its message names the file."""
-
-
 @dataclass(frozen=True)
 class Row:
     """A displayed equation: its number, its own LaTeX, the file and the line [1, 2, ...] at which
@@ -115,23 +113,21 @@ class TextDocument:
 
 
 def read_document(path: Path) -> TextDocument:
-    """Read a text. Raises TextError, which names the file, if it is none that can be read."""
+    """Read a text. Raises OwnError, which names the file, if it is none that can be read."""
     kind = path.suffix.lower()
     if kind not in SUFFIXES:
-        raise TextError(f"{path}: the text must end in one of {', '.join(SUFFIXES)}")
+        raise OwnError(f"{path}: the text must end in one of {', '.join(SUFFIXES)}")
     try:
         source = path.read_text(encoding="utf-8-sig")
     except UnicodeDecodeError as error:
-        raise TextError(
-            f"{path}: byte {error.start} is not UTF-8: save the text in UTF-8"
-        ) from None
+        raise OwnError(f"{path}: byte {error.start} is not UTF-8: save the text in UTF-8") from None
     except OSError as error:
-        raise TextError(f"{path}: {error.strerror}") from None
+        raise OwnError(f"{path}: {error.strerror}") from None
     return build_document(path.name, kind, source)
 
 
 def build_document(name: str, kind: str, source: str) -> TextDocument:
-    """Build a document from its source. Raises TextError for a notebook that is no JSON."""
+    """Build a document from its source. Raises OwnError for a notebook that is no JSON."""
     source = source.replace("\r\n", "\n").replace("\r", "\n")
     if kind == ".ipynb":
         text, lines = _read_notebook(name, source)
@@ -153,7 +149,7 @@ def _read_notebook(name: str, source: str) -> tuple[str, tuple[int, ...]]:
         cells = json.loads(source)["cells"]
         texts = ["".join(cell["source"]) for cell in cells if cell["cell_type"] == "markdown"]
     except (ValueError, KeyError, TypeError) as error:
-        raise TextError(f"{name}: this is no notebook: {type(error).__name__}: {error}") from None
+        raise OwnError(f"{name}: this is no notebook: {type(error).__name__}: {error}") from None
     in_file, at = source.split("\n"), 0
     lines: list[int] = []
     text = "\n\n".join(texts)

@@ -5,7 +5,7 @@ known of its names.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
@@ -67,6 +67,7 @@ RELATIONS = {
 UNREAD_RELATIONS = _words(
     r"\neq \ne \propto \sim \in \to \rightarrow \Rightarrow \implies \mapsto \ll \gg"
 )
+_UPRIGHT = _words("operatorname mathrm text rm mathop mbox textrm")
 _SILENT = _words(
     r"\quad \qquad \displaystyle \textstyle \scriptstyle \nonumber \notag \limits \nolimits "
     r"\noindent \allowbreak",
@@ -78,6 +79,8 @@ _OPEN, _CLOSE = (
     {"(": ")", "[": "]", "\\{": "\\}", "\\lbrace": "\\rbrace"},
     {")", "]", "\\}", "\\rbrace"},
 )
+CONDITION_WORDS = _words("if for when otherwise else elsewhere")
+"""Words in the conditions of cases; joined conditions are not read."""
 _BARS = {
     "|": "|",
     "\\lvert": "\\rvert",
@@ -114,8 +117,6 @@ _AFTER_FACTOR = frozenset(
     )
 )
 """What begins no factor."""
-_ROOM = re.compile(r"\s*\[\s*-?[\d.]+\s*(?:pt|em|ex|mm|cm|in|bp|\\baselineskip)\s*\]")
-"""The space after a line break that a text may ask for."""
 _MOST_EXPANSIONS = 1000
 _MOST_TOKENS, _MOST_CHARACTERS, _MOST_DIGITS = 2000, 100_000, 100
 """Tokens of a formula, characters of it with its macros written out, and digits of a number."""
@@ -673,13 +674,31 @@ class Reader:
             power = replace(power, end=self._end(), base=base)
         return self._of_time(power) if isinstance(base, Name) else power
 
-    def _read_all(self, inner: list[Token]) -> Node:
+    def _read_all(self, inner: list[Token], read: Callable[[Reader], Node] | None = None) -> Node:
+        """Read a sum, or what else ``read`` reads, up to the end of some tokens."""
         reader = Reader(self.latex, inner)
         if not inner:
             self.fail("an empty group")
-        node = reader.sum()
+        node = (read or Reader.sum)(reader)
         reader.finish()
         return node
+
+    def _read_name(self, inner: list[Token]) -> Symbol | None:
+        """Return the name that some tokens are, None if they are none."""
+        reader = Reader(self.latex, list(inner))
+        symbol = reader.try_symbol() if inner else None
+        return None if reader.peek() else symbol
+
+    def _take_nested(self, opening: str, closing: str) -> list[Token]:
+        """Take the tokens up to the one that closes what was opened before them."""
+        inner: list[Token] = []
+        depth = 1
+        while True:
+            token = self.take()
+            depth += (token.text == opening) - (token.text == closing)
+            if depth == 0:
+                return inner
+            inner.append(token)
 
     def _group(self) -> tuple[int, list[Token]]:
         """Return the start of a braced group, or of the one token that stands for it, and the
@@ -687,14 +706,7 @@ class Reader:
         """
         token = self.take()
         if token.text == "{":
-            inner: list[Token] = []
-            depth = 1
-            while True:
-                following = self.take()
-                depth += {"{": 1, "}": -1}.get(following.text, 0)
-                if depth == 0:
-                    return token.start, inner
-                inner.append(following)
+            return token.start, self._take_nested("{", "}")
         if re.fullmatch(r"\d{2,}|\d+\.\d*", token.text):  # \frac12 and x^12 take one digit
             first = Token(token.text[0], token.start, token.start + 1, token.fixed)
             rest = token.text[1:]
@@ -824,11 +836,8 @@ class Reader:
             return self._fraction(start)
         if word == "sqrt":
             return self._root(start)
-        if (
-            word in ("operatorname", "mathrm", "text", "rm", "mathop", "mbox", "textrm")
-            and self._function_word()
-        ):
-            function = self._function_word()
+        function = self._function_word()
+        if function and word in _UPRIGHT:
             self.take()
             self._group()
             return self._call(FUNCTIONS[function], start)
@@ -890,14 +899,9 @@ class Reader:
                 break
             if token.text == index:
                 self.fail(f"the index {index} stands after the first term too: add brackets")
-        terms = tuple((1, self._read_term(_put_index(body, index, value))) for value in values)
-        return terms[0][1] if len(terms) == 1 else Sum(start, self._end(), terms)
-
-    def _read_term(self, tokens: list[Token]) -> Node:
-        reader = Reader(self.latex, tokens)
-        node = reader.term()
-        reader.finish()
-        return node
+        copies = (_put_index(body, index, value) for value in values)
+        terms = tuple((1, self._read_all(copy, Reader.term)) for copy in copies)
+        return build_sum(start, terms, self._end())
 
     def _annotated(self) -> Node:
         """Read what has a brace over or under it, with or without a remark there."""
@@ -911,14 +915,13 @@ class Reader:
         return node
 
     def _function_word(self) -> str:
-        texts = []
-        ahead = 1
+        """Return the function that stands in the group after the next token, empty if none does."""
         if self.peek(1) != "{":
             return ""
-        while self.peek(ahead + 1) and self.peek(ahead + 1) != "}":
-            texts.append(self.peek(ahead + 1))
+        word, ahead = "", 2
+        while (text := self.peek(ahead)) and text != "}":
+            word += text
             ahead += 1
-        word = "".join(texts)
         return word if word in FUNCTIONS else ""
 
     def _root(self, start: int) -> Node:
@@ -992,9 +995,8 @@ class Reader:
                 self.fail("a function with an index is not read")
             _, inner = self._group()
             exponent = self._read_all(inner)
-        if isinstance(exponent, Sum) and exponent.terms == ((-1, exponent.terms[0][1]),):
-            first = exponent.terms[0][1]
-            if isinstance(first, Number) and first.value == 1:
+        match exponent:
+            case Sum(terms=((-1, Number(value=Fraction(numerator=1, denominator=1))),)):
                 if function not in INVERSE:
                     self.fail(f"the power -1 of {function} is not read")
                 function, exponent = INVERSE[function], None
@@ -1024,8 +1026,7 @@ class Reader:
     def _braces_hold_name(self) -> bool:
         with self._looking_ahead():
             _, inner = self._group()
-        reader = Reader(self.latex, inner)
-        return bool(inner) and reader.try_symbol() is not None and not reader.peek()
+        return self._read_name(inner) is not None
 
     def _begins_function(self) -> bool:
         word = self.peek()[1:].rstrip("*")
@@ -1039,16 +1040,9 @@ class Reader:
         name = self._plain_word()
         if name.rstrip("*") == "array" and self.peek() == "{":
             self._group()
-        body: list[Token] = []
-        depth = 1
         first = self._position()
-        while True:
-            token = self.take()
-            depth += {"\\begin": 1, "\\end": -1}.get(token.text, 0)
-            if depth == 0:
-                break
-            body.append(token)
-        stop = token.start
+        body = self._take_nested("\\begin", "\\end")
+        stop = self.tokens[self.at - 1].start
         self._plain_word()
         kind = name.rstrip("*")
         if kind != "cases" and kind not in MATRICES:
@@ -1079,61 +1073,29 @@ class Reader:
             depth += {"\\begin": 1, "\\end": -1, "{": 1, "}": -1}.get(text, 0)
             if depth == 0 and (text == "&" or text.startswith(("\\\\", "\\cr"))):
                 marks.append((match.start(), match.end(), text == "&"))
-        lines: list[list[list[Token]]] = [[[]]]
-        index = 0
-        for token in body:
-            while index < len(marks) and marks[index][1] <= token.start:
-                if marks[index][2]:
-                    lines[-1].append([])
-                else:
-                    lines.append([[]])
-                index += 1
-            if index < len(marks) and marks[index][0] <= token.start < marks[index][1]:
-                continue
-            lines[-1][-1].append(token)
-        for mark in marks[index:]:
-            if mark[2]:
-                lines[-1].append([])
+        lines: list[list[list[Token]]] = [[]]
+        position = start
+        for begin, end, is_column in (*marks, (stop, stop, True)):
+            lines[-1].append([token for token in body if position <= token.start < begin])
+            position = end
+            if not is_column:
+                lines.append([])
         return [line for line in lines if any(line)]
 
     def _case(self, cells: list[list[Token]]) -> tuple[Node, RelationChain | None]:
-        value = list(cells[0])
-        while value and value[-1].text in (",", ";", "."):
-            value.pop()
-        condition = [token for cell in cells[1:] for token in cell]
-        cleaned: list[Token] = []
-        index = 0
-        while index < len(condition):
-            if (
-                condition[index].text[1:] in FONTS
-                and index + 1 < len(condition)
-                and condition[index + 1].text == "{"
-            ):
-                stop = index + 2
-                while condition[stop].text != "}":
-                    stop += 1
-                word = "".join(token.text for token in condition[index + 2 : stop])
-                if word.strip(",") not in (
-                    "if",
-                    "for",
-                    "when",
-                    "otherwise",
-                    "else",
-                    "and",
-                    "elsewhere",
-                ):
-                    self.fail(f"the condition {word} is not read")
-                if word.strip(",") == "and":
-                    self.fail("joined conditions are not read")
-                index = stop + 1
-            else:
-                cleaned.append(condition[index])
-                index += 1
-        while cleaned and cleaned[-1].text in (",", ";", "."):
-            cleaned.pop()
-        if not cleaned:
-            return self._read_all(value), None
-        return self._read_all(value), Reader(self.latex, cleaned).chain()
+        value = self._read_all(_strip_marks(cells[0]))
+        reader = Reader(self.latex, [token for cell in cells[1:] for token in cell])
+        condition: list[Token] = []
+        while text := reader.peek():
+            if text[1:] not in FONTS or reader.peek(1) != "{":
+                condition.append(reader.take())
+                continue
+            reader.take()
+            word = reader._plain_word()
+            if word.strip(",") not in CONDITION_WORDS:
+                self.fail(f"the condition {word} is not read")
+        condition = _strip_marks(condition)
+        return value, Reader(self.latex, condition).chain() if condition else None
 
     def try_symbol(self) -> Symbol | None:
         """Return the name that stands next, None if none does; then nothing is taken."""
@@ -1170,12 +1132,11 @@ class Reader:
         text = token.text
         word = text[1:] if text.startswith("\\") else ""
         if word in DOTS or word in ACCENTS:
-            _, inner = self._group()
-            reader = Reader(self.latex, list(inner))
-            symbol = reader._symbol() if inner else None
-            if symbol is None or reader.peek():
+            inner_symbol = self._read_name(self._group()[1])
+            if inner_symbol is None:
                 self.at -= 1
                 self.fail(f"\\{word} over more than a name is not read")
+            symbol = inner_symbol
             if word in DOTS:
                 symbol = replace(symbol, dots=symbol.dots + DOTS[word])
             else:
@@ -1189,11 +1150,10 @@ class Reader:
             symbol = Symbol(stem)
         elif text == "{":
             self.at -= 1
-            _, inner = self._group()
-            reader = Reader(self.latex, list(inner))
-            symbol = reader._symbol() if inner else Symbol("")
-            if not inner or reader.peek():
+            braced = self._read_name(self._group()[1])
+            if braced is None:
                 self.fail("a group that is no name")
+            symbol = braced
         elif word in GREEK or (len(text) == 1 and text.isalpha() and text.isascii()):
             symbol = Symbol(text)
         else:
@@ -1271,6 +1231,14 @@ class Reader:
             self.take()
             symbol = replace(symbol, after=self._spell_group())
         return Name(start, self._end(), replace(symbol, before=before))
+
+
+def _strip_marks(tokens: list[Token]) -> list[Token]:
+    """Return tokens without the commas and full stops at their end."""
+    tokens = list(tokens)
+    while tokens and tokens[-1].text in (",", ";", "."):
+        tokens.pop()
+    return tokens
 
 
 def _transposes(texts: list[str]) -> bool:

@@ -5,11 +5,11 @@ consistent one.
 from __future__ import annotations
 
 import re
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import reduce
-from typing import Protocol
 
 from ...mechanics.frames import Frame
 from ...quantity import NONE
@@ -62,39 +62,35 @@ class UnknownNameError(FormulaError):
         self.symbol = symbol
 
 
-class AmbiguousError(FormulaError):
-    """A formula with several readings that are all dimensionally consistent, or none that is."""
-
-
-class Meanings(Protocol):
-    """Meanings of names, in an algebra."""
+class Meanings(ABC):
+    """Meanings of names, in an algebra; derivatives are known of exact ones alone."""
 
     algebra: Algebra
 
+    @abstractmethod
     def look_up(self, symbol: Symbol) -> Value:
         """Return the meaning of a name. Raises UnknownNameError if it has none."""
-        ...
 
+    @abstractmethod
     def is_known(self, symbol: Symbol) -> bool:
         """Return whether a name has a meaning."""
-        ...
 
+    @abstractmethod
     def resolve(self, vector: VectorValue, frame: Frame) -> VectorValue:
         """Return a vector along the axes of another frame."""
-        ...
+
+    def find_derivative(self, key: str, build: Callable[[Meanings], Value]) -> Value | None:
+        """Return a derivative that only exact meanings have, by a key of its formula; None where
+        these are exact.
+        """
+        return None
 
     def rate(self, value: Value, seen_from: str = "") -> Value:
         """Return the time derivative of a value, of a vector as a frame sees it.
 
         Raises FormulaError if not known.
         """
-        ...
-
-    def find_derivative(self, key: str, build: Callable[[Meanings], Value]) -> Value | None:
-        """Return a derivative that only exact meanings have, by a key of its formula; None where
-        these are exact.
-        """
-        ...
+        raise FormulaError("a derivative has no values at points")
 
     def partial(self, value: Scalar, symbol: Symbol) -> Value:
         """Return the partial derivative of a value to a name, a column of them to a name of a
@@ -102,14 +98,14 @@ class Meanings(Protocol):
 
         Raises FormulaError if the name is none of the variables.
         """
-        ...
+        return self.rate(value)
 
     def total(self, value: Value, symbol: Symbol) -> Value:
         """Return the derivative of a value to a name along the motion.
 
         Raises FormulaError where it may be partial.
         """
-        ...
+        return self.rate(value)
 
 
 def look_up_spelling(names: Meanings, spelling: str) -> Value | None:
@@ -188,8 +184,8 @@ def interpret_formula(chain: RelationChain, meanings: Meanings) -> Read:
 
     If none is consistent, a reading counts only if all others multiply or add what cannot be.
 
-    Raises UnknownNameError for a name without a meaning, AmbiguousError if readings that differ are
-    equally consistent, FormulaError for an operation that has no meaning.
+    Raises UnknownNameError for a name without a meaning, FormulaError for an operation that has no
+    meaning, and if readings that differ are equally consistent.
     """
     readings: list[Read] = []
     inconsistent: list[Read] = []
@@ -223,12 +219,10 @@ def interpret_formula(chain: RelationChain, meanings: Meanings) -> Read:
     if len(distinct) == 1:
         return distinct[0]
     if distinct:
-        raise AmbiguousError("it can be read in several ways that all fit the units: add brackets")
+        raise FormulaError("it can be read in several ways that all fit the units: add brackets")
     if failures and not inconsistent:
         raise failures[0]
-    raise AmbiguousError(
-        "it can be read in several ways of which none fits the units: add brackets"
-    )
+    raise FormulaError("it can be read in several ways of which none fits the units: add brackets")
 
 
 def _same(first: Read, second: Read, meanings: Meanings) -> bool:
@@ -251,7 +245,7 @@ def _list_readers(chain: RelationChain, meanings: Meanings) -> Iterator[Interpre
         if not answers:
             return
         answers[-1] += 1
-    raise AmbiguousError("it can be read in too many ways: add brackets")
+    raise FormulaError("it can be read in too many ways: add brackets")
 
 
 @dataclass

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from types import ModuleType
-from typing import Any
+from typing import Any, TypeVar
 
 import mpmath
 import numpy as np
@@ -58,6 +58,7 @@ STEMS = {
 LONGEST_MEANING = 10_000
 """Characters of the meaning of a name."""
 Stated = Mechanism | Formulas
+T = TypeVar("T", Frame, Place)
 
 
 def find_stated(module: ModuleType) -> Stated:
@@ -201,12 +202,8 @@ def _section(content: Mapping[str, Any], name: str, path: Path) -> dict[str, Any
     return section
 
 
-class MeaningError(ValueError):
-    """A meaning that cannot be understood."""
-
-
 @dataclass
-class StatedNames:
+class StatedNames(Meanings):
     """Names of a text as expressions of a mechanism's quantities, or of formulas.
 
     ``abbreviations`` are abbreviations that the text itself defines, by their spelling.
@@ -223,24 +220,20 @@ class StatedNames:
     @cached_property
     def frames(self) -> dict[str, Frame]:
         """Frames of the mechanism by name: those that its file names, and the world."""
-        parts = vars(self.module).values() if self.module else ()
-        matches = {part.name: part for part in parts if isinstance(part, Frame)}
-        named = {
-            name: part
-            for name, part in vars(self.module or object).items()
-            if isinstance(part, Frame)
-        }
         world = {"world": self.stated.world} if isinstance(self.stated, Mechanism) else {}
-        return {**named, **matches, **world}
+        return self._list_parts(Frame) | world
 
     @cached_property
     def places(self) -> dict[str, Place]:
         """Points of the mechanism by name."""
-        variables = vars(self.module) if self.module else {}
-        named = {name: part for name, part in variables.items() if isinstance(part, Place)}
-        matches = {part.name: part for part in variables.values() if isinstance(part, Place)}
         origin = {"O": self.stated.O} if isinstance(self.stated, Mechanism) else {}
-        return {**named, **matches, **origin}
+        return self._list_parts(Place) | origin
+
+    def _list_parts(self, kind: type[T]) -> dict[str, T]:
+        """Return the frames or points that the file has, by its names and by their own."""
+        variables = vars(self.module) if self.module else {}
+        parts = {name: part for name, part in variables.items() if isinstance(part, kind)}
+        return parts | {str(getattr(part, "name", "")): part for part in parts.values()}
 
     def with_meanings(self, meanings: Mapping[str, str]) -> StatedNames:
         """Return the names of a row in which some have other meanings than elsewhere in the
@@ -261,10 +254,6 @@ class StatedNames:
         if text is None:
             return bool(symbol.dots) and self.guess(symbol) is None
         return any(re.search(rf"\b{function}\s*\(", text) for function in ("rate", *GEOMETRY))
-
-    def find_derivative(self, key: str, build: Callable[[Meanings], Value]) -> Value | None:
-        """Return None: these meanings are exact, and a derivative is that of what it is of."""
-        return None
 
     def look_up(self, symbol: Symbol) -> Value:
         """Return the meaning of a name. Raises UnknownNameError if it has none."""
@@ -474,7 +463,6 @@ class StatedNames:
                     check_expanded(scalar.value)
             return value
         except (
-            MeaningError,
             OperandError,
             FormulaError,
             ValueError,
@@ -504,7 +492,7 @@ class StatedNames:
             return self._operate(node.op, self._evaluated(node.left), self._evaluated(node.right))
         if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and not node.keywords:
             return self._called(node.func.id, [self._evaluated(argument) for argument in node.args])
-        raise MeaningError("write names, numbers, + - * / **, functions and brackets")
+        raise ValueError("write names, numbers, + - * / **, functions and brackets")
 
     def _operate(self, kind: ast.operator, left: Any, right: Any) -> Value:
         if isinstance(left, Value) and isinstance(right, Value):
@@ -518,7 +506,7 @@ class StatedNames:
                 return multiply_values(left, "", right.inverse(), self.resolve)
             if isinstance(kind, ast.Pow) and isinstance(left, Scalar) and isinstance(right, Scalar):
                 return left.power(right)
-        raise MeaningError("an operation between things that it is not defined for")
+        raise ValueError("an operation between things that it is not defined for")
 
     def _named(self, name: str) -> Any:
         if name in self.quantities:
@@ -532,12 +520,12 @@ class StatedNames:
 
         close = get_close_matches(name, [*self.quantities, *self.frames, *self.places], 3)
         hint = f"; near it: {', '.join(close)}" if close else ""
-        raise MeaningError(f"{self.stated.name} has nothing called {name}{hint}")
+        raise ValueError(f"{self.stated.name} has nothing called {name}{hint}")
 
     def _called(self, function: str, arguments: list[Any]) -> Any:
         if function in SYMBOLIC.functions or function == "sqrt":
             if not all(isinstance(argument, Scalar) for argument in arguments):
-                raise MeaningError(f"{function} needs numbers")
+                raise ValueError(f"{function} needs numbers")
             if function == "sqrt":
                 return arguments[0].power(Scalar(sp.Rational(1, 2)))
             if function in ("exp", "sinh", "cosh", "tanh"):
@@ -552,9 +540,14 @@ class StatedNames:
         if function == "matrix":
             return _build_matrix(arguments)
         if function in GEOMETRY and isinstance(self.stated, Mechanism):
-            return GEOMETRY[function](self.stated, arguments)
+            operation, needed, further = GEOMETRY[function]
+            kinds = (*needed, *further)[: max(len(arguments), len(needed))]
+            if len(kinds) != len(arguments) or not all(map(isinstance, arguments, kinds)):
+                words = ", ".join(KINDS[kind] for kind in needed)
+                raise ValueError(f"it needs {words} in brackets")
+            return operation(self.stated, *arguments)
         functions = ", ".join((*SYMBOLIC.functions, "sqrt", "rate", "matrix", *GEOMETRY))
-        raise MeaningError(f"{function} is not known; known are {functions}")
+        raise ValueError(f"{function} is not known; known are {functions}")
 
 
 def _build_matrix(arguments: list[Any]) -> MatrixValue:
@@ -562,10 +555,10 @@ def _build_matrix(arguments: list[Any]) -> MatrixValue:
     rows as entries.
     """
     if len(arguments) < 2 or not all(isinstance(argument, Scalar) for argument in arguments):
-        raise MeaningError("matrix needs the number of its rows and its entries, row by row")
+        raise ValueError("matrix needs the number of its rows and its entries, row by row")
     rows, *entries = arguments
     if not (rows.value.is_Integer and rows.value > 0) or len(entries) % rows.value:
-        raise MeaningError(f"{len(entries)} entries do not fill {rows.value} rows")
+        raise ValueError(f"{len(entries)} entries do not fill {rows.value} rows")
     width = len(entries) // int(rows.value)
     return MatrixValue(
         tuple(tuple(entries[at : at + width]) for at in range(0, len(entries), width))
@@ -582,89 +575,69 @@ def to_vector(vec: Vec) -> VectorValue:
     return VectorValue(vec.frame, _triple(to_scalar(c) for c in vec.components))
 
 
-def _needs(arguments: list[Any], *kinds: type) -> None:
-    if len(arguments) != len(kinds) or not all(
-        isinstance(a, k) for a, k in zip(arguments, kinds, strict=True)
-    ):
-        words = {Frame: "a frame", Place: "a point", Scalar: "a number", VectorValue: "a vector"}
-        raise MeaningError(f"it needs {', '.join(words[kind] for kind in kinds)} in brackets")
+Operation = Callable[..., Value]
 
 
-def _axis(_: Mechanism, arguments: list[Any]) -> VectorValue:
-    _needs(arguments, Frame, Scalar)
-    if arguments[1].value not in (1, 2, 3):
-        raise MeaningError("an axis is 1, 2 or 3")
-    return to_vector(unit(arguments[0], AXES[int(arguments[1].value) - 1]))
+def _axis(_: Mechanism, frame: Frame, number: Scalar) -> VectorValue:
+    return to_vector(unit(frame, AXES[_index(number, "an axis")]))
 
 
-def _spin(stated: Mechanism, arguments: list[Any]) -> VectorValue:
-    seen_from = arguments[1] if len(arguments) == 2 else None
-    _needs(arguments, *[Frame] * (1 if seen_from is None else 2))
-    return to_vector(stated.motion.spin(arguments[0], seen_from))
+def _index(number: Scalar, subject: str) -> int:
+    if number.value not in (1, 2, 3):
+        raise ValueError(f"{subject} is 1, 2 or 3")
+    return int(number.value) - 1
 
 
-def _spin_rate(stated: Mechanism, arguments: list[Any]) -> VectorValue:
-    seen_from = arguments[1] if len(arguments) == 2 else stated.world
-    _needs(arguments[:1], Frame)
-    spin = stated.motion.spin(arguments[0], None if seen_from == stated.world else seen_from)
-    return to_vector(stated.motion.relative_derivative(spin, seen_from))
+def _spin(stated: Mechanism, frame: Frame, seen_from: Frame | None = None) -> VectorValue:
+    return to_vector(stated.motion.spin(frame, seen_from))
 
 
-def _position(stated: Mechanism, arguments: list[Any]) -> VectorValue:
-    start = arguments[1] if len(arguments) == 2 else stated.O
-    _needs([arguments[0], start], Place, Place)
-    return to_vector(displacement(start, arguments[0], stated.world))
+def _spin_rate(stated: Mechanism, frame: Frame, seen_from: Frame | None = None) -> VectorValue:
+    observer = seen_from or stated.world
+    spin = stated.motion.spin(frame, None if observer == stated.world else observer)
+    return to_vector(stated.motion.relative_derivative(spin, observer))
 
 
-def _velocity(stated: Mechanism, arguments: list[Any]) -> VectorValue:
-    _needs(arguments, Place)
-    return to_vector(stated.velocity(arguments[0]))
+def _position(stated: Mechanism, end: Place, start: Place | None = None) -> VectorValue:
+    return to_vector(displacement(start or stated.O, end, stated.world))
 
 
-def _acceleration(stated: Mechanism, arguments: list[Any]) -> VectorValue:
-    _needs(arguments, Place)
-    return to_vector(stated.motion.derivative(stated.velocity(arguments[0])))
+def _velocity(stated: Mechanism, place: Place) -> VectorValue:
+    return to_vector(stated.velocity(place))
 
 
-def _rotation(_: Mechanism, arguments: list[Any]) -> MatrixValue:
+def _acceleration(stated: Mechanism, place: Place) -> VectorValue:
+    return to_vector(stated.motion.derivative(stated.velocity(place)))
+
+
+def _rotation(_: Mechanism, first: Frame, second: Frame) -> MatrixValue:
     """Return the matrix that carries components along the first frame into those along the
     second.
     """
-    _needs(arguments, Frame, Frame)
-    columns = [unit(arguments[0], axis).resolved(arguments[1]).components for axis in AXES]
+    columns = [unit(first, axis).resolved(second).components for axis in AXES]
     return MatrixValue(tuple(tuple(to_scalar(c[row]) for c in columns) for row in range(3)))
 
 
-def _vector(_: Mechanism, arguments: list[Any]) -> VectorValue:
-    _needs(arguments, Frame, Scalar, Scalar, Scalar)
-    return VectorValue(arguments[0], _triple(arguments[1:]))
+def _vector(_: Mechanism, frame: Frame, *components: Scalar) -> VectorValue:
+    return VectorValue(frame, _triple(components))
 
 
-def _cross(stated: Mechanism, arguments: list[Any]) -> VectorValue:
-    _needs(arguments, VectorValue, VectorValue)
+def _cross(stated: Mechanism, *vectors: VectorValue) -> VectorValue:
     first, second = (
-        Vec(v.frame, _triple(c.value for c in v.components)).resolved(stated.world)
-        for v in arguments
+        Vec(v.frame, _triple(c.value for c in v.components)).resolved(stated.world) for v in vectors
     )
     return to_vector(first.cross(second))
 
 
-def _component(_: Mechanism, arguments: list[Any]) -> Scalar:
-    _needs(arguments[:1], VectorValue)
-    _needs(arguments[1:], Scalar)
-    if arguments[1].value not in (1, 2, 3):
-        raise MeaningError("a component is 1, 2 or 3")
-    component: Scalar = arguments[0].components[int(arguments[1].value) - 1]
-    return component
+def _component(_: Mechanism, vector: VectorValue, number: Scalar) -> Scalar:
+    return vector.components[_index(number, "a component")]
 
 
-def _kinetic(stated: Mechanism, arguments: list[Any]) -> Scalar:
-    _needs(arguments)
+def _kinetic(stated: Mechanism) -> Scalar:
     return to_scalar(kinetic_energy(stated.motion, _list_moving(stated), stated.world))
 
 
-def _potential(stated: Mechanism, arguments: list[Any]) -> Scalar:
-    _needs(arguments)
+def _potential(stated: Mechanism) -> Scalar:
     lifted = potential_energy(stated.assembly, _list_moving(stated), stated.O, stated.world)
     return to_scalar(sp.Add(*stated.potentials) + lifted)
 
@@ -673,24 +646,27 @@ def _list_moving(stated: Mechanism) -> list[Body]:
     return [body for body in stated.assembly.bodies if body != stated.ground]
 
 
-GEOMETRY: dict[str, Callable[[Mechanism, list[Any]], Value]] = {
-    "axis": _axis,
-    "spin": _spin,
-    "spin_rate": _spin_rate,
-    "position": _position,
-    "velocity": _velocity,
-    "acceleration": _acceleration,
-    "rotation": _rotation,
-    "vector": _vector,
-    "cross": _cross,
-    "component": _component,
-    "kinetic": _kinetic,
-    "potential": _potential,
+GEOMETRY: dict[str, tuple[Operation, tuple[type, ...], tuple[type, ...]]] = {
+    "axis": (_axis, (Frame, Scalar), ()),
+    "spin": (_spin, (Frame,), (Frame,)),
+    "spin_rate": (_spin_rate, (Frame,), (Frame,)),
+    "position": (_position, (Place,), (Place,)),
+    "velocity": (_velocity, (Place,), ()),
+    "acceleration": (_acceleration, (Place,), ()),
+    "rotation": (_rotation, (Frame, Frame), ()),
+    "vector": (_vector, (Frame, Scalar, Scalar, Scalar), ()),
+    "cross": (_cross, (VectorValue, VectorValue), ()),
+    "component": (_component, (VectorValue, Scalar), ()),
+    "kinetic": (_kinetic, (), ()),
+    "potential": (_potential, (), ()),
 }
-"""Functions of frames and points that the meaning of a name may use."""
+"""Functions of frames and points that the meaning of a name may use, with the kinds of their
+arguments and of those that may follow.
+"""
+KINDS = {Frame: "a frame", Place: "a point", Scalar: "a number", VectorValue: "a vector"}
 
 
-class PointNames:
+class PointNames(Meanings):
     """The meanings of names at points, as arrays (points,); names without a value there are
     unknown.
     """
@@ -769,15 +745,3 @@ class PointNames:
             self.world,
             _triple(Scalar(c, shared.dimension, shared.angular, mixed) for c in components),
         )
-
-    def rate(self, value: Value, seen_from: str = "") -> Value:
-        """Raise FormulaError: rates are symbolic."""
-        raise FormulaError("a derivative has no values at points")
-
-    def partial(self, value: Scalar, symbol: Symbol) -> Value:
-        """Raise FormulaError: partial derivatives are symbolic."""
-        raise FormulaError("a derivative has no values at points")
-
-    def total(self, value: Value, symbol: Symbol) -> Value:
-        """Raise FormulaError: derivatives are symbolic."""
-        raise FormulaError("a derivative has no values at points")

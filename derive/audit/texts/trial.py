@@ -5,29 +5,30 @@ or formulas.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
 import sympy as sp
+from sympy import Expr
 
+from ...discovery import load_user_modules
 from ...equations import UNCLAIMED, Claimed, Definition, Equation, Relation, what
 from ...evaluate import Point
 from ...generated_folder import OwnError, blame_user_file
+from ...mechanics.mechanism import Mechanism
 from ...quantity import Quantity
 from ..case import Case
 from ..comparison import Comparison
-from ..judge import holds
-from ..paper import Paper, Subject
-from ..user_mechanism.configurations import ConfigurationSubject
+from ..paper import Paper, Repair, Subject
+from ..terms import holds, list_unknown
+from ..user_mechanism.motions import ConfigurationSubject
 from ..user_mechanism.subject import MechanismSubject
 from ..user_mechanism.trial import SECONDS, build_subject, trial
-from .corrections import Repair, find_repairs
-from .definitions import TextDefinition, find_meant, is_meaning
-from .documents import Row, TextDocument, TextError, list_rows, read_document
+from .corrections import find_repairs
+from .documents import Row, TextDocument, list_rows, read_document
 from .formula import (
     Bracket,
     Derivative,
@@ -117,18 +118,27 @@ class PrintedText:
         """
         if number not in self._repairs:
             place = self.places[number]
-            repairs = find_repairs(
-                place.row.row.latex,
-                place.index,
-                place.row.names,
-                points,
-                self.document.macros,
-                self.list_vocabulary(),
-                draw,
-                self._outcomes.setdefault(place.row.row.number, {}),
+            row = place.row.row
+            outcomes = self._outcomes.setdefault(row.number, {})
+            self._repairs[number] = self.correct(
+                row.latex, place.index, place.row.names, points, draw, outcomes
             )
-            self._repairs[number] = repairs
         return self._repairs[number]
+
+    def correct(
+        self,
+        latex: str,
+        index: int,
+        names: StatedNames,
+        points: Sequence[Point],
+        draw: Callable[[int], list[Point]],
+        outcomes: dict[str, list[bool] | None] | None = None,
+    ) -> Repair | None:
+        """Return the smallest change of a row in which names have some meanings; see
+        `find_repairs`.
+        """
+        macros, words = self.document.macros, self.list_vocabulary()
+        return find_repairs(latex, index, names, points, macros, words, draw, outcomes)
 
     def explain_unjudged(self, number: str) -> str:
         """Return why an equation cannot be judged, empty if it can."""
@@ -181,22 +191,10 @@ def list_symbols(chain: RelationChain | None) -> list[Symbol]:
 
 def load_module(path: Path) -> ModuleType:
     """Run a user's Python file and return it as a module. Raises OwnError for what it raises."""
-    import sys
-
-    if not path.is_file():
-        raise OwnError(f"{path}: there is no such file")
-    name = f"derive_own_{path.stem}"
-    spec = spec_from_file_location(name, path)
-    if spec is None or spec.loader is None:
+    if path.suffix != ".py" or not path.is_file():
         raise OwnError(f"{path}: --against needs a Python file that states a mechanism")
-    with blame_user_file(path):
-        sys.path.append(str(path.parent))
-        try:
-            sys.modules[name] = module = module_from_spec(spec)
-            spec.loader.exec_module(module)
-        finally:
-            sys.path.remove(str(path.parent))
-    return module
+    with blame_user_file(path), load_user_modules(path) as (module,):
+        return module
 
 
 def read_trial(text: str | Path, against: str | Path, names: str | Path | None = None) -> Case:
@@ -206,10 +204,7 @@ def read_trial(text: str | Path, against: str | Path, names: str | Path | None =
     spell. Raises OwnError, which names the file, for a text, names or a mechanism that cannot be
     used.
     """
-    try:
-        document = read_document(Path(text))
-    except TextError as error:
-        raise OwnError(str(error)) from None
+    document = read_document(Path(text))
     table = NameTable() if names is None else read_name_table(Path(names))
     module = load_module(Path(against))
     stated = find_stated(module)
@@ -232,51 +227,146 @@ def build_trial(
 
 
 def _test_definitions(case: Case) -> dict[str, str]:
-    """Return what names must mean that the text defines wrongly; definitions that the mechanism
-    confirms are equations.
+    """Return what names must mean that the text defines wrongly, by the texts of a names file;
+    definitions that the mechanism confirms are equations.
 
     Rows are judged with names as they are meant, and a wrong definition as an equation, which does
     not hold.
     """
-    printed, points = case.source, case.points
+    printed = case.source
     assert isinstance(printed, PrintedText)
-    meant: dict[str, str] = {}
-
-    def count_holding(definition: TextDefinition, names: StatedNames) -> int:
-        return sum(
-            _row_holds(row, names, printed.document, points)
-            for row in _list_resting(printed, definition)
-        )
-
+    names, meant = printed.names, dict[str, str]()
+    meanings = list_meanings(names) if any(row.defines for row in printed.rows) else {}
     for row in printed.rows:
-        if row.defines is None:
+        value = names.abbreviations.get(row.defines.spell()) if row.defines else None
+        if not isinstance(value, Scalar):
             continue
-        definition = TextDefinition(row.defines, row.row.number, row.row.latex)
-        if is_meaning(printed.names, definition, points):
-            equation = case.paper.equations[definition.number]
-            case.paper.equations[definition.number] = replace(equation, claims=UNCLAIMED)
-        elif text := find_meant(
-            printed.names,
-            definition,
-            printed.document,
-            points,
-            case.draw,
-            printed.list_vocabulary(),
-            count_holding,
-        ):
-            meant[definition.spelling] = text
+        fitting = {t: some for t, some in meanings.items() if some.dimension == value.dimension}
+        if any(_are_equal(value, meaning, case.points) for meaning in fitting.values()):
+            equation = case.paper.equations[row.row.number]
+            case.paper.equations[row.row.number] = replace(equation, claims=UNCLAIMED)
+        elif text := _find_meant(case, printed, row, value, fitting):
+            assert row.defines is not None
+            meant[row.defines.spell()] = text
     return meant
 
 
-def _list_resting(printed: PrintedText, definition: TextDefinition) -> list[ReadRow]:
-    """List the rows that speak of a name that a text defines, or of its rates."""
-    return [
-        row
-        for row in printed.rows
-        if row.read is not None
-        and not row.reason
-        and any(symbol.base.spell() == definition.spelling for symbol in list_symbols(row.chain))
+AXES = {"x": 1, "y": 2, "z": 3}
+ENERGIES = {"T": "kinetic()", "K": "kinetic()", "V": "potential()", "U": "potential()"}
+"""Meanings that names of energies have where a text defines them without saying more."""
+COMPLETED = " after "
+"""What the words of a repair contain that adds a term: of such, any definition is one change from
+any other.
+"""
+
+
+def list_meanings(names: StatedNames) -> dict[str, Scalar]:
+    """Return what the name of a scalar may mean of a mechanism, by its text in a names file, none
+    for formulas: positions, velocities and speeds of points, and energies.
+    """
+    if not isinstance(names.stated, Mechanism):
+        return {}
+    texts = [
+        f"component({kind}({place}), {axis})"
+        for kind in ("position", "velocity")
+        for place in names.places
+        for axis in AXES.values()
     ]
+    meanings: dict[str, Scalar] = {}
+    for text in (*texts, *map(_describe_speed, names.places), "kinetic()", "potential()"):
+        try:
+            value = names.evaluate(text)
+        except OwnError:
+            continue
+        if isinstance(value, Scalar) and value.value != 0:
+            meanings[text] = value
+    return meanings
+
+
+def _describe_speed(place: str) -> str:
+    """Return the text of the speed of a point."""
+    squares = (f"component(velocity({place}), {axis})**2" for axis in AXES.values())
+    return f"sqrt({' + '.join(squares)})"
+
+
+def _find_meant(
+    case: Case, printed: PrintedText, row: ReadRow, value: Scalar, meanings: Mapping[str, Scalar]
+) -> str:
+    """Return which of some meanings a name must have that a row defines wrongly; empty if it may be
+    right.
+
+    A definition is wrong if more rows that speak of the name hold once it means a quantity of the
+    mechanism; or if the name says which quantity, and one change of the definition makes it that,
+    unless axis or origin are another.
+    """
+    assert row.defines is not None
+    names, spelling = printed.names, row.defines.spell()
+    named = [text for text in _list_named(names, row.defines) if text in meanings]
+    resting = [
+        other
+        for other in printed.rows
+        if other.read is not None
+        and not other.reason
+        and any(symbol.base.spell() == spelling for symbol in list_symbols(other.chain))
+    ]
+
+    def count_holding(some: StatedNames) -> int:
+        return sum(_row_holds(other, some, printed.document, case.points) for other in resting)
+
+    changed = {text: names.with_meanings({spelling: text}) for text in meanings}
+    counts = {text: count_holding(some) for text, some in changed.items()}
+    best = max(counts.values(), default=0)
+    if best > count_holding(names):
+        chosen = [text for text, count in counts.items() if count == best]
+        preferred = [text for text in chosen if text in named] or chosen
+        return preferred[0] if len(preferred) == 1 else ""
+    for text in named:
+        if _differ_by_choice(names, value, meanings[text], case.points):
+            continue
+        # the row itself must not define what it is tried against
+        other_names = replace(changed[text], abbreviations=dict(names.abbreviations))
+        repair = printed.correct(row.row.latex, 0, other_names, case.points, case.draw)
+        if repair is not None and COMPLETED not in repair.text:
+            return text
+    return ""
+
+
+def _list_named(names: StatedNames, symbol: Symbol) -> Iterator[str]:
+    """Yield meanings that the spelling of a name suggests."""
+    stem, below = symbol.stem.removeprefix("\\"), symbol.subscript.strip("{} ").casefold()
+    places = [place for place in names.places if below and place.casefold() == below]
+    if stem == "v":
+        yield from map(_describe_speed, places)
+    if stem in AXES:
+        yield from (f"component(position({place}), {AXES[stem]})" for place in places)
+    if stem in ENERGIES and not below:
+        yield ENERGIES[stem]
+
+
+def _are_equal(first: Scalar, second: Scalar, points: Sequence[Point]) -> bool:
+    return _vanishes(first.value - second.value, points)
+
+
+def _vanishes(residual: Expr, points: Sequence[Point]) -> bool:
+    """Whether a residual has values and is zero at points, or identically."""
+    if list_unknown(residual, points):
+        return False
+    return residual == 0 or holds(residual, tuple(points))
+
+
+def _differ_by_choice(
+    names: StatedNames, value: Scalar, meaning: Scalar, points: Sequence[Point]
+) -> bool:
+    """Whether two quantities are one but for the direction of an axis, or for where it is counted
+    from.
+    """
+    try:
+        first, second = names.rate(value), names.rate(meaning)
+    except (FormulaError, OperandError):
+        return True
+    if not (isinstance(first, Scalar) and isinstance(second, Scalar)):
+        return True
+    return any(_are_equal(first, sign, points) for sign in (second, -second))
 
 
 def _row_holds(
@@ -286,15 +376,10 @@ def _row_holds(
     entry = read_row(row.row, names, document)
     if entry.read is None or entry.reason:
         return False
-    for _, relation, left, right in entry.read.residuals(names):
-        residual = sp.sympify(left.value - right.value)
-        if relation != "=" or any(
-            s not in point for s in residual.free_symbols for point in points
-        ):
-            return False
-        if residual != 0 and not holds(residual, tuple(points)):
-            return False
-    return True
+    return all(
+        relation == "=" and _vanishes(sp.sympify(left.value - right.value), points)
+        for _, relation, left, right in entry.read.residuals(names)
+    )
 
 
 def read_case(
@@ -501,7 +586,7 @@ def _claim_what_fails(case: Case, paper: Paper) -> None:
     for number, equation in paper.equations.items():
         if equation.claims != UNCLAIMED or equation.relation != "=":
             continue
-        if any(s not in point for s in equation.residual.free_symbols for point in points):
+        if list_unknown(equation.residual, points):
             continue
         if holds(equation.residual, points):
             continue
@@ -520,15 +605,15 @@ def _closest_claim(case: Case, printed: Equation) -> Claimed | None:
     for _, claim in ranked:
         derived = case.claims[claim]
         left_side, right_side = case.subject.common(printed.residual, derived.residual)
-        if any(s not in point for s in (left_side - right_side).free_symbols for point in points):
+        if list_unknown(left_side - right_side, points):
             continue
         for sign in (1, -1):
             comparison = Comparison(left_side, sign * right_side, points, scales=True)
-            gap = comparison.gap
+            left = comparison.struck()
             terms = len(sp.Add.make_args(sp.expand(right_side)))
-            shared = terms - gap.lacking - gap.unlike
-            if 2 * shared >= terms and (best is None or gap.size < best[0]):
-                best = gap.size, claim
+            shared = terms - len(left.derived)
+            if 2 * shared >= terms and (best is None or left.size < best[0]):
+                best = left.size, claim
     return None if best is None else best[1]
 
 

@@ -16,7 +16,7 @@ import sympy as sp
 
 from ...mechanics.frames import Frame
 from ...quantity import NONE, Dimension, Quantity, of_unit, raise_dimension
-from ..edit_values import ARRAY_FUNCTIONS
+from ..edits import ARRAY_FUNCTIONS
 
 LARGEST_EXPONENT, MOST_BITS, MOST_EXPANDED = 100, 4096, 20_000
 """Limits of an exponent, of the binary digits of a number, and of the terms of an expanded

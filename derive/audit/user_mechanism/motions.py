@@ -1,5 +1,5 @@
-"""Audit subjects with values: a mechanism that an angle drives, over its revolution, and one that
-moves freely.
+"""Audit subjects with values: a mechanism that an angle drives, over its revolution, one that moves
+freely, and frames and points in any configuration.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import sympy as sp
 from mpmath import mpf
 from sympy import Expr
 
-from ...equations import Balance, Claimed, Equation
+from ...equations import Balance, Claimed, Equation, by_claim
 from ...evaluate import DIGITS, GUARD, NotEvaluated, Point
 from ...functions import partial_derivative
 from ...mechanics.free_motion import project_on_rates
@@ -24,25 +24,29 @@ from ...mechanics.mechanism import TIME, Mechanism
 from ...mechanics.statement import MechanismError
 from ...model import Lane, Let
 from ...quantity import Quantity
-from ..first_order import STEPS, Equilibrium
 from ..laws import Formula
-from ..paper import Array, Dynamics
+from ..paper import Array, Dynamics, Subject
+from ..terms import STEPS, Equilibrium
 from .subject import (
     FASTER,
     REFERENCE,
     SLOW,
     SPEEDS,
+    TRIALS,
     MechanismSubject,
     Values,
+    close_gaps,
+    define_lets,
     draw_near,
     draw_values,
     evaluate_steps,
+    list_gaps,
     mechanism_values,
+    take_newton_step,
 )
 
 CONTINUATION_STEPS = 36
 """Steps per revolution in which the loops are followed to an angle."""
-TRIALS = 50
 ANGLES = 24
 """Angles of a revolution at which laws are tested."""
 NEARBY_ANGLES = 8
@@ -144,56 +148,29 @@ class DrivenSubject(MechanismSubject):
 
     def _evaluate_angles(self, data: Values, angles: Sequence[mpf]) -> Iterator[Values]:
         """Values of all quantities at angles, one after another."""
+        loops = self.mechanism.loops
+        positions = [q for vector in self.lane.along for q in vector]
+        start = {q: Point(data)(sp.sympify(loops.start[q])) for q in loops.values}
         with mpmath.workdps(DIGITS + GUARD):
-            positions = self._start_positions(data)
             last = mpf(0)
+            values = self._close_loops(data | start | {self.angle: last})
             for angle in angles:
                 steps = max(1, int(CONTINUATION_STEPS * abs(angle - last) / (2 * mpmath.pi)))
                 for i in range(1, steps + 1):
-                    positions = self._close_loops(
-                        data, last + (angle - last) * i / steps, positions
-                    )
+                    between = last + (angle - last) * i / steps
+                    values = self._close_loops(values | {self.angle: between})
                 last = angle
-                yield self._evaluate(data, angle, positions)
+                coordinates = zip(positions, (values[q] for q in loops.values), strict=True)
+                yield evaluate_steps(
+                    self.lane.steps, {**data, self.angle: angle, **dict(coordinates)}
+                )
 
-    def _start_positions(self, data: Values) -> list[mpf]:
-        loops, point = self.mechanism.loops, Point(data)
-        return self._close_loops(
-            data, mpf(0), [point(sp.sympify(loops.start[value])) for value in loops.values]
-        )
-
-    def _close_loops(self, data: Values, angle: mpf, start: list[mpf]) -> list[mpf]:
-        """Return coordinates that close the loops, by Newton's method.
-
-        Raises ZeroDivisionError if it diverges.
-        """
+    def _close_loops(self, values: Values) -> Values:
         loops = self.mechanism.loops
-        if not loops.values:
-            return []
-        coordinates = mpmath.matrix(start)
-        for _ in range(40):
-            values = {
-                **data,
-                self.angle: angle,
-                **dict(zip(loops.values, coordinates, strict=True)),
-            }
-            point = Point(evaluate_steps(self._gap_steps, values))
-            slopes = mpmath.matrix([[point(entry) for entry in row] for row in loops.jacobian()])
-            step = mpmath.lu_solve(
-                slopes, -mpmath.matrix([point(gap) for gap in loops.gaps.values()])
-            )
-            coordinates = coordinates + step
-            if mpmath.norm(step) < mpf(10) ** -(DIGITS):
-                return list(coordinates)
-        raise ZeroDivisionError("the loops do not close")
-
-    def _evaluate(self, data: Values, angle: mpf, positions: Sequence[mpf]) -> Values:
-        coordinates = dict(
-            zip((q for vector in self.lane.along for q in vector), positions, strict=True)
-        )
-        return evaluate_steps(self.lane.steps, {**data, self.angle: angle, **coordinates})
+        return close_gaps(values, list(loops.gaps.values()), loops.values, self._gap_steps)
 
 
+STATE_PARTS = ("value", "rate")
 INSTANTS = 24
 """Times of a motion at which laws are tested."""
 NEARBY_TIMES = 8
@@ -201,7 +178,6 @@ NEARBY_TIMES = 8
 COORDINATE_RANGE = {"rad": 0.4, "m": 0.05, "1": 0.1}
 """Largest distance of random coordinates from the start, by their unit."""
 TOLERANCE = 1e-9
-MAX_ITERATIONS = 40
 
 
 class FreeSubject(MechanismSubject):
@@ -383,7 +359,7 @@ class FreeSubject(MechanismSubject):
 
     @property
     def _state(self) -> list[Quantity]:
-        return [*(c.value for c in self.coordinates), *(c.rate for c in self.coordinates)]
+        return [getattr(c, part) for part in STATE_PARTS for c in self.coordinates]
 
     @property
     def _accelerations(self) -> list[Quantity]:
@@ -502,43 +478,20 @@ class FreeSubject(MechanismSubject):
     def _project(self, data: Values, state: Values) -> Values:
         """Return the state near a given one that the constraints allow: positions first, then
         rates.
-        """
-        gaps, positions = (
-            list(self.mechanism.loops.gaps.values()),
-            [c.value for c in self.coordinates],
-        )
-        values = data | state
-        for _ in range(MAX_ITERATIONS if gaps else 0):
-            step = self._correction(values, gaps, positions)
-            values |= {q: values[q] + s for q, s in zip(positions, step, strict=True)}
-            if mpmath.norm(step) < mpf(10) ** -DIGITS:
-                break
-        if self._speeds:
-            rates = [c.rate for c in self.coordinates]
-            step = self._correction(values, self._speeds, rates)
-            values |= {q: values[q] + s for q, s in zip(rates, step, strict=True)}
-        return values
-
-    def _correction(
-        self, values: Values, residuals: Sequence[Expr], variables: Sequence[Quantity]
-    ) -> mpmath.matrix:
-        """Return the shortest Newton step of some variables.
 
         Raises MechanismError if there is none.
         """
-        point = Point(evaluate_steps(self._state_steps, values))
-        rows = mpmath.matrix(
-            [[point(partial_derivative(expr, q)) for q in variables] for expr in residuals]
-        )
+        positions, rates = ([getattr(c, part) for c in self.coordinates] for part in STATE_PARTS)
+        gaps, values = list(self.mechanism.loops.gaps.values()), data | state
         try:
-            multipliers = mpmath.lu_solve(
-                rows * rows.T, -mpmath.matrix([point(expr) for expr in residuals])
-            )
+            values = close_gaps(values, gaps, positions, self._state_steps)
+            if self._speeds:
+                values, _ = take_newton_step(values, self._speeds, rates, self._state_steps)
         except ZeroDivisionError:
             raise MechanismError(
                 f"{self.mechanism.name}: constraints follow from one another, or none closes"
             ) from None
-        return rows.T * multipliers
+        return values
 
     def _simulate(self, times: Array) -> list[Values]:
         """Return the states of the mechanism's motion at times [s]."""
@@ -615,3 +568,94 @@ def _evaluate_rows(rows: Rows, values: Values) -> tuple[mpmath.matrix, mpmath.ma
     point, (slopes, right) = Point(values), rows
     matrix = mpmath.matrix([[point(entry) for entry in row] for row in slopes])
     return matrix, mpmath.matrix([point(entry) for entry in right])
+
+
+REACH = {"rad": 1.2}
+"""Largest value of a coordinate, by its unit; 1 of any other."""
+NEARBY = 8
+
+
+class ConfigurationSubject(Subject):
+    """Frames and points without bodies, at random values of their coordinates, rates and
+    accelerations.
+
+    The values satisfy the loops, and the rates and accelerations also what rolls without slip.
+    """
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        self.mechanism = mechanism
+        loops = mechanism.loops
+        self._solved = [c for c in loops.coordinates if c.value in loops.start][: len(loops.gaps)]
+        if len(self._solved) < len(loops.gaps):
+            raise MechanismError(
+                f"{mechanism.name}: {len(loops.gaps)} gaps need a start of as many coordinates, "
+                f"not {len(self._solved)}"
+            )
+
+    @property
+    def quantities(self) -> frozenset[Quantity]:
+        """All quantities that have a value."""
+        named = (let.symbol for let in self.mechanism.named)
+        return frozenset((*self.mechanism.given.values(), *self.mechanism.loops.all, *named))
+
+    def claims(self) -> Mapping[Claimed, Equation]:
+        """Return definitions of named quantities, and the gaps of loops."""
+        return by_claim((*define_lets(self.mechanism.named), *list_gaps(self.mechanism)))
+
+    @cached_property
+    def _stages(self) -> tuple[list[Expr], list[Expr], list[Expr]]:
+        """The gaps, their rates with the slips, and the rates of those."""
+        rate = self.mechanism.motion.rate
+        gaps = [sp.sympify(gap) for gap in self.mechanism.loops.gaps.values()]
+        slips = [sp.sympify(slip) for slip in self.mechanism.slips.values()]
+        rates = [*(sp.sympify(rate(gap)) for gap in gaps), *slips]
+        return gaps, rates, [sp.sympify(rate(speed)) for speed in rates]
+
+    def admissible(self, rng: random.Random) -> Mapping[Quantity, mpf]:
+        """Draw data and a configuration with its rates.
+
+        Raises MechanismError if the loops close for no draw.
+        """
+        with mpmath.workdps(DIGITS + GUARD):
+            for _ in range(TRIALS):
+                values = draw_values(self.mechanism.given, mechanism_values(self.mechanism), rng)
+                if self.mechanism.angle is not None:
+                    values[self.mechanism.angle] = mpf(rng.uniform(0, 2 * float(mpmath.pi)))
+                try:
+                    return self._complete(values, rng)
+                except (ValueError, ZeroDivisionError):
+                    continue
+        raise MechanismError(
+            f"{self.mechanism.name}: its loops close nowhere near the values that are given"
+        )
+
+    def _complete(self, values: Values, rng: random.Random) -> Values:
+        """Return values with those of coordinates, rates, accelerations and named quantities."""
+        loops, named = self.mechanism.loops, self.mechanism.named
+        for let in named:
+            if let.expr.free_symbols <= values.keys():
+                values[let.symbol] = Point(values)(let.expr)
+        for coordinate in loops.coordinates:
+            for part in (coordinate.value, coordinate.rate, coordinate.acceleration):
+                reach = REACH.get(part.unit, 1.0)
+                values[part] = mpf(rng.uniform(-reach, reach))
+        start = {c.value: Point(values)(loops.start[c.value]) for c in self._solved}
+        gaps, rates, accelerations = self._stages
+        values = close_gaps(values | start, gaps, list(start))
+        moved = loops.coordinates if self.mechanism.slips else self._solved
+        if rates:
+            values, _ = take_newton_step(values, rates, [c.rate for c in moved], ())
+            values, _ = take_newton_step(values, accelerations, [c.acceleration for c in moved], ())
+        for let in named:
+            values[let.symbol] = Point(values)(let.expr)
+        return values
+
+    def reference(self, points: int) -> Sequence[Mapping[Quantity, mpf]]:
+        """Return the values of random configurations, since nothing moves the mechanism along a
+        cycle.
+        """
+        return [self.admissible(random.Random(1000 + index)) for index in range(points)]
+
+    def nearby(self, rng: random.Random) -> Sequence[Mapping[Quantity, mpf]] | None:
+        """Return further configurations."""
+        return [self.admissible(rng) for _ in range(NEARBY)]

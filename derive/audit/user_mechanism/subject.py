@@ -11,8 +11,8 @@ from __future__ import annotations
 import random
 from abc import abstractmethod
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from dataclasses import replace
+from functools import cache, cached_property
 from itertools import combinations, groupby
 
 import mpmath
@@ -32,7 +32,8 @@ from ...equations import (
     loop,
     what,
 )
-from ...evaluate import Point, si_factor, table_values
+from ...evaluate import DIGITS, Point, si_factor, table_values
+from ...functions import partial_derivative
 from ...mechanics.driven_motion import LAW, VANISHES, build_law_residuals
 from ...mechanics.mechanism import Mechanism
 from ...mechanics.statement import MechanismError
@@ -43,6 +44,8 @@ from ..laws import Formula
 from ..paper import Cycle, Dynamics, Law, Subject
 from ..paper import Values as Arrays
 
+TRIALS = 50
+"""Draws of data until one allows a motion."""
 RELATIVE_RANGE = 0.2
 """Data without bounds vary within this share of their values."""
 Values = dict[Quantity, mpf]
@@ -101,6 +104,58 @@ def evaluate_steps(steps: Iterable[Step], values: Mapping[Quantity, mpf]) -> Val
     return results
 
 
+MAX_ITERATIONS = 40
+
+
+@cache
+def _slope(expr: Expr, quantity: Quantity) -> Expr:
+    return partial_derivative(expr, quantity)
+
+
+def take_newton_step(
+    values: Values, residuals: Sequence[Expr], variables: Sequence[Quantity], steps: Iterable[Step]
+) -> tuple[Values, mpf]:
+    """Return values after the shortest Newton step of variables towards zero residuals, and its
+    length.
+
+    ``steps`` give what the residuals need besides. Raises ZeroDivisionError if residuals follow
+    from one another.
+    """
+    point = Point(evaluate_steps(steps, values))
+    rows = mpmath.matrix([[point(_slope(expr, q)) for q in variables] for expr in residuals])
+    gaps = mpmath.matrix([point(expr) for expr in residuals])
+    step = rows.T * mpmath.lu_solve(rows * rows.T, -gaps)
+    moved = {q: values[q] + change for q, change in zip(variables, step, strict=True)}
+    return values | moved, mpmath.norm(step)
+
+
+def close_gaps(
+    values: Values, gaps: Sequence[Expr], variables: Sequence[Quantity], steps: Iterable[Step] = ()
+) -> Values:
+    """Return the nearest values of variables at which gaps vanish.
+
+    Raises ZeroDivisionError if none are found.
+    """
+    for _ in range(MAX_ITERATIONS if gaps else 0):
+        values, size = take_newton_step(values, gaps, variables, steps)
+        if size < mpf(10) ** -DIGITS:
+            return values
+    if gaps:
+        raise ZeroDivisionError("the loops do not close")
+    return values
+
+
+def define_lets(lets: Iterable[Let]) -> list[Equation]:
+    """Return the equations that say what quantities are."""
+    return [defining_equation(what(let.symbol), let.symbol, let.expr) for let in lets]
+
+
+def list_gaps(mechanism: Mechanism) -> list[Equation]:
+    """Return the equations that close the loops."""
+    gaps = mechanism.loops.gaps.items()
+    return [derived_equation(loop(name.removeprefix("gap_")), gap) for name, gap in gaps]
+
+
 REFERENCE, SPEEDS = "reference", "speeds"
 SLOW, FASTER = 1e-9, 2
 """Further speeds relative to that of the mechanism: at SLOW inertia is negligible, at FASTER it is
@@ -129,7 +184,7 @@ def build_dynamics(
     laws = [law for law in laws if any(gap.free_symbols & affected for gap in law.gaps)]
     values = {name: _list_values(cycle) for name, cycle in cycles.items()}
     balances = [e.residual for e in mechanism.equations() if isinstance(e.claims, Balance)]
-    sizes = {name: Magnitudes.from_values(balances, at) for name, at in values.items()}
+    sizes = {name: _find_magnitudes(balances, at) for name, at in values.items()}
     scaled = tuple(_scale_law(law, values[law.cycle], sizes[law.cycle]) for law in laws)
     claims = {
         e.claims: replace(e, residual=e.residual - residual_symbol(e))
@@ -236,40 +291,18 @@ def _list_values(cycle: Cycle) -> Arrays:
     return values
 
 
-@dataclass(frozen=True)
-class Magnitudes:
-    """Largest force [N], length [m] and speed of turning [rad/s] of a motion, to which rounding
-    errors are relative.
+def _find_magnitudes(balances: Iterable[Expr], values: Arrays) -> dict[str, float]:
+    """Return by unit the magnitudes of a motion to which rounding errors are relative: of the terms
+    of all balances of forces, of lengths and speeds of turning, and of products of these.
     """
-
-    force: float
-    length: float
-    turning: float
-
-    @classmethod
-    def from_values(cls, balances: Iterable[Expr], values: Arrays) -> Magnitudes:
-        """Return the magnitudes of the terms of all balances of forces, and of all lengths and
-        speeds.
-        """
-        forces = [residual for residual in balances if dimension(residual) == of_unit("N")]
-        lengths, turnings = (
-            [q for q in values if getattr(q, "unit", "") == unit] for unit in ("m", "rad/s")
-        )
-        largest = partial(_largest_term, values=values)
-        return cls(largest(forces), largest(lengths), largest(turnings))
-
-    def find_scale(self, unit: str) -> float:
-        """Return the magnitude of what is in a unit of force, moment, power, speed or length; else
-        none.
-        """
-        force, length, turning = self.force, self.length, self.turning
-        sizes = {
-            "N": force,
-            "N m": force * length,
-            "J": force * length,
-            "W": force * length * turning,
-        }
-        return (sizes | {"m": length, "m/s": length * turning}).get(unit, 0.0)
+    forces = [residual for residual in balances if dimension(residual) == of_unit("N")]
+    lengths, turnings = (
+        [q for q in values if getattr(q, "unit", "") == unit] for unit in ("m", "rad/s")
+    )
+    force, length, turning = (_largest_term(some, values) for some in (forces, lengths, turnings))
+    moment = force * length
+    forces_by_unit = {"N": force, "N m": moment, "J": moment, "W": moment * turning}
+    return forces_by_unit | {"m": length, "m/s": length * turning}
 
 
 def _largest_term(gaps: Iterable[Expr], values: Arrays) -> float:
@@ -289,13 +322,13 @@ thousand times that of a single operation.
 """
 
 
-def _scale_law(law: Law, values: Arrays, sizes: Magnitudes) -> Law:
+def _scale_law(law: Law, values: Arrays, sizes: Mapping[str, float]) -> Law:
     """Return a law with the size of its largest term in the motion, no less than the rounding of
     all forces.
     """
     return replace(
         law,
-        scale=max(_largest_term(law.gaps, values), ROUNDING * sizes.find_scale(law.unit)) or 1.0,
+        scale=max(_largest_term(law.gaps, values), ROUNDING * sizes.get(law.unit, 0.0)) or 1.0,
     )
 
 
@@ -345,23 +378,10 @@ class MechanismSubject(Subject):
         """Return balances, definitions, gaps of loops, and the rates and accelerations that these
         determine.
         """
-        named = {let.symbol: let for let in self.named}
-        gaps = self.mechanism.loops.gaps.items()
-        return by_claim(
-            (
-                *self.mechanism.equations(),
-                *(
-                    defining_equation(what(symbol), symbol, let.expr)
-                    for symbol, let in named.items()
-                ),
-                *(derived_equation(loop(name.removeprefix("gap_")), gap) for name, gap in gaps),
-                *(
-                    defining_equation(what(s), s, expr)
-                    for s, expr in self._rates.items()
-                    if s not in named
-                ),
-            )
-        )
+        named = {let.symbol for let in self.named}
+        rates = [Let(s, expr, "") for s, expr in self._rates.items() if s not in named]
+        lets = define_lets([*self.named, *rates])
+        return by_claim((*self.mechanism.equations(), *lets, *list_gaps(self.mechanism)))
 
     @cached_property
     def _rates(self) -> dict[Quantity, Expr]:

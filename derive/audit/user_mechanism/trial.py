@@ -19,11 +19,9 @@ from ...mechanics.statement import MechanismError
 from ...quantity import Quantity
 from ..case import Case
 from ..paper import Paper, Subject
-from .configurations import ConfigurationSubject, is_free_of_bodies
-from .motions import DrivenSubject, FreeSubject
-from .subject import MechanismSubject, draw_near, draw_values, value_ranges
+from .motions import ConfigurationSubject, DrivenSubject, FreeSubject
+from .subject import TRIALS, MechanismSubject, draw_near, draw_values, value_ranges
 
-TRIALS = 50
 NEARBY = 8
 """Points between the bounds near which data are drawn."""
 
@@ -181,7 +179,7 @@ def build_subject(
     """
     if isinstance(stated, Formulas):
         return FormulasSubject(stated)
-    if is_free_of_bodies(stated):
+    if all(body == stated.ground for body in stated.assembly.bodies):
         return ConfigurationSubject(stated)
     if stated.angle is None or stated.speed is None:
         return FreeSubject(stated, until)

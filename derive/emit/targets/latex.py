@@ -14,9 +14,8 @@ from sympy.core.alphabets import greeks
 
 from ...functions import Polynomial, Turns
 from ...mechanics.gearing.pitch_curve import PitchCurve
-from ...model import Call, Input, LinearSolve, SineSeries, Step, System, join_entries
+from ...model import COMMON, Call, Input, LinearSolve, SineSeries, Step, System, join_entries
 from ...quantity import OpenVector, Quantity
-from ..expression import COMMON
 from ..folder import Target
 from ..text import HOISTED, NOTICE, Emitted, describe_composed, in_closed_form, pack_parameters
 

@@ -11,9 +11,9 @@ from collections.abc import Iterable, Iterator, Sequence
 import sympy as sp
 
 from ...mechanics.gearing.pitch_curve import PitchCurve
-from ...model import Call, Input, LinearSolve, SineSeries, Step, System
+from ...model import COMMON, Call, Input, LinearSolve, SineSeries, Step, System
 from ...quantity import OpenVector, Quantity
-from ..expression import COMMON, PLAIN, Dialect, Printer
+from ..expression import PLAIN, Dialect, Printer
 from ..folder import Target
 from ..text import (
     HOISTED,

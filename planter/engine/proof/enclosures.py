@@ -27,7 +27,7 @@ from planter.engine.proof.jets import (
     join_lanes,
     unite_supports,
 )
-from planter.engine.proof.programs import Code, Program, record_program
+from planter.engine.proof.programs import Code, RecordedProgram, record_program
 from planter.engine.proof.roots import enclose_roots, has_rootless_lane
 from planter.kernels import Array, Integers
 
@@ -72,7 +72,7 @@ class ResponseProgram:
     """
 
     parameters: int
-    stages: tuple[Program, ...]
+    stages: tuple[RecordedProgram, ...]
     offsets: tuple[Fraction, ...]
     period: Fraction
     is_continuous: bool
@@ -106,7 +106,7 @@ class ResponseProgram:
         """Return the response of a JSON object whose form was checked."""
         return cls(
             document["parameters"],
-            tuple(map(Program.from_document, document["stages"])),
+            tuple(map(RecordedProgram.from_document, document["stages"])),
             tuple(map(Fraction, document["offsets"])),
             Fraction(document["period"]),
             document["continuous"],
@@ -136,8 +136,8 @@ class ResponseProgram:
             if stage.limits:
                 lanes = np.split(phi.value.mid[CENTRE], len(starts))
                 pairs = zip(starts, lanes, strict=True)
-                near = [box[roots].find_near(part) for box, part in pairs]
-                guesses = np.concatenate(near, axis=1)
+                guesses_by_box = [box[roots].find_near(part) for box, part in pairs]
+                guesses = np.concatenate(guesses_by_box, axis=1)
                 if self.fixed[index] and len(starts) == 1:
                     guesses = guesses[:, :1]
                 roots += 1
@@ -202,7 +202,7 @@ class ResponseProgram:
 
 
 def _run_stage(
-    stage: Program, space: Space, inputs: Sequence[Jet], guesses: Array | None
+    stage: RecordedProgram, space: Space, inputs: Sequence[Jet], guesses: Array | None
 ) -> list[Jet]:
     """Return the results of a program, or its roots near guesses."""
     if guesses is None:
@@ -216,7 +216,7 @@ def _run_stage(
     )
 
 
-def _has_no_roots(stage: Program, space: Space, inputs: Sequence[Jet]) -> bool:
+def _has_no_roots(stage: RecordedProgram, space: Space, inputs: Sequence[Jet]) -> bool:
     """Return whether there are certainly no roots within the limits of a stage in one of the lanes
     of its inputs.
     """
@@ -280,7 +280,7 @@ class ResponseRecorder:
     """Builds a response of designs with `parameters` values, from code."""
 
     def __init__(self, parameters: int) -> None:
-        self.parameters, self.stages = parameters, list[Program]()
+        self.parameters, self.stages = parameters, list[RecordedProgram]()
         self._count = parameters + 1
 
     @property

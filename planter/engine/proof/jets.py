@@ -481,11 +481,11 @@ def packed_indices(size: int) -> tuple[Integers, Integers]:
 @lru_cache(maxsize=4096)
 def _embedding_indices(few: tuple[int, ...], many: tuple[int, ...]) -> Integers:
     """Return the places of the rows of a jet of few parameters among those of many."""
-    own = np.array([many.index(k) for k in few], dtype=np.int64)
+    places = np.array([many.index(k) for k in few], dtype=np.int64)
     i, j = packed_indices(len(few))
-    high, low = np.maximum(own[i], own[j]), np.minimum(own[i], own[j])
+    high, low = np.maximum(places[i], places[j]), np.minimum(places[i], places[j])
     bends = 2 + 2 * len(many) + high * (high + 1) // 2 + low
-    return np.concatenate([[0, 1], 2 + own, 2 + len(many) + own, bends])
+    return np.concatenate([[0, 1], 2 + places, 2 + len(many) + places, bends])
 
 
 def _align_jets(a: Jet, b: Jet) -> tuple[Jet, Jet]:

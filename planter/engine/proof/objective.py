@@ -616,9 +616,11 @@ class EnclosedMachine(Protocol):
     def record(self, quantities: Sequence[ProvedQuantity]) -> ResponseProgram:
         """Return the code of some quantities over designs."""
 
-    def find_starts(self, x: Array) -> Sequence[RootStart]: ...
+    def find_starts(self, x: Array) -> Sequence[RootStart]:
+        """Return values near the roots of each stage that has some, at a design (p,)."""
 
-    def find_kinks(self, x: Array) -> Kinks: ...
+    def find_kinks(self, x: Array) -> Kinks:
+        """Return the kinks within the period at a design (p,)."""
 
 
 def build_provable_objective(

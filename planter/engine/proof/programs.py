@@ -56,7 +56,7 @@ class RecordedStep(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Program:
+class RecordedProgram:
     """Operations in order; `outputs` are the indices of the results.
 
     As a stage of a response it takes values of that response, by index, as `inputs`. Its values
@@ -91,7 +91,7 @@ class Program:
         }
 
     @classmethod
-    def from_document(cls, document: Mapping[str, Any]) -> Program:
+    def from_document(cls, document: Mapping[str, Any]) -> RecordedProgram:
         """Return the program of a document whose form was checked."""
         operations = tuple(
             RecordedStep(name, tuple(arguments), tuple(map(float.fromhex, numbers)))
@@ -144,14 +144,14 @@ class Program:
         """Return the results on some lanes of inputs, and the conditions that were asked; `script`
         has answers.
         """
-        asked = np.zeros((3, len(self.jumps), len(lanes)))
+        bounds = np.zeros((3, len(self.jumps), len(lanes)))
         if self.is_compiled:
-            jets = self._run_in_c(space, inputs, lanes, script, asked)
+            jets = self._run_in_c(space, inputs, lanes, script, bounds)
         else:
             part = space.taken(lanes)
             taken = [(jet if jet.lanes == 1 else jet.taken(lanes)).moved(part) for jet in inputs]
-            jets = [jet.moved(space) for jet in _run_in_numpy(self, part, taken, script, asked)]
-        largest, smallest, answers = asked
+            jets = [jet.moved(space) for jet in _run_in_numpy(self, part, taken, script, bounds)]
+        largest, smallest, answers = bounds
         return Branches(largest, smallest, answers, script, self.jumps), jets
 
     def enclose_smooth(self, space: Space, inputs: Sequence[Jet]) -> list[Jet]:
@@ -166,7 +166,7 @@ class Program:
         return jets
 
     def _run_in_c(
-        self, space: Space, inputs: Sequence[Jet], lanes: Integers, script: Array, asked: Array
+        self, space: Space, inputs: Sequence[Jet], lanes: Integers, script: Array, bounds: Array
     ) -> list[Jet]:
         size, count = len(space.half), len(lanes)
         key = (size, *(jet.support for jet in inputs))
@@ -182,7 +182,7 @@ class Program:
             np.ascontiguousarray(half),
             np.ascontiguousarray(script),
             *map(_point, (mids, rads, [b.mid for b in results], [b.rad for b in results])),
-            *asked,
+            *bounds,
             np.array([mid.shape[1] > 1 for mid in (*mids, half)], dtype=np.intp),
         ]
         numbers = count, len(script), space.is_cutting
@@ -362,7 +362,7 @@ Code = Callable[[Any, Sequence[Any]], Sequence[Any]]
 
 def record_program(
     code: Code, count: int, inputs: Sequence[int] = (), limits: Sequence[float] = ()
-) -> Program:
+) -> RecordedProgram:
     """Return the operations of code of `count` arguments, as a stage with inputs and limits.
 
     Raises UnrecordedError if they are no straight line.
@@ -370,13 +370,13 @@ def record_program(
     recorder = Recorder()
     arguments = [recorder.record("input", numbers=[k]) for k in range(count)]
     outputs = tuple(recorder.lift(result).index for result in code(recorder, arguments))
-    return Program(tuple(recorder.operations), outputs, tuple(inputs), tuple(limits))
+    return RecordedProgram(tuple(recorder.operations), outputs, tuple(inputs), tuple(limits))
 
 
 def _run_in_numpy(
-    program: Program, space: Space, inputs: Sequence[Jet], script: Array, asked: Array
+    program: RecordedProgram, space: Space, inputs: Sequence[Jet], script: Array, bounds: Array
 ) -> list[Jet]:
-    """Return the results of a program; `asked` (3, q, lanes) becomes the largest and the smallest
+    """Return the results of a program; `bounds` (3, q, lanes) becomes the largest and the smallest
     answer to each condition that its lanes allow, and the one that is taken.
     """
     values: dict[int, Any] = {}
@@ -388,7 +388,7 @@ def _run_in_numpy(
         taken = np.where(largest != smallest, usual, smallest)
         if question < len(script):
             taken = np.where(np.isnan(script[question]), taken, script[question])
-        for row, side in zip(asked, (largest, smallest, taken), strict=True):
+        for row, side in zip(bounds, (largest, smallest, taken), strict=True):
             row[question] = side
         question += 1
         return taken
@@ -466,7 +466,7 @@ def _take_lanes(side: Array, lanes: Integers) -> Array:
 
 
 def _plan(
-    program: Program, supports: Sequence[tuple[int, ...]], parameters: int
+    program: RecordedProgram, supports: Sequence[tuple[int, ...]], parameters: int
 ) -> tuple[tuple[tuple[int, ...], ...], Integers, tuple[Any, ...]]:
     """Return a program for inputs of known parameters, with as few registers as can be: the
     parameters of its outputs, its structure in C, and the arrays to which that points.

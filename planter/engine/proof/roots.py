@@ -28,7 +28,9 @@ from planter.engine.proof.jets import (
 from planter.kernels import Array, Flags, Integers
 
 
-def eliminate(matrix: Sequence[Sequence[Any]], right: Sequence[Sequence[Any]]) -> list[list[Any]]:
+def solve_by_elimination(
+    matrix: Sequence[Sequence[Any]], right: Sequence[Sequence[Any]]
+) -> list[list[Any]]:
     """Return X (k, m) of A X = B, of jets or of balls, by elimination without pivoting: the matrix
     A (k, k) is close to the identity.
 
@@ -56,7 +58,7 @@ def invert_balls(matrix: Sequence[Sequence[Jet]], part: int) -> list[list[Ball]]
     """
     size, lanes = len(matrix), max(jet.lanes for row in matrix for jet in row)
     unit = [[Ball.exact(np.full(lanes, float(i == j))) for j in range(size)] for i in range(size)]
-    return eliminate([[jet.value[part] for jet in row] for row in matrix], unit)
+    return solve_by_elimination([[jet.value[part] for jet in row] for row in matrix], unit)
 
 
 def invert_centre(matrix: Sequence[Sequence[Jet]]) -> list[list[Jet]]:
@@ -143,8 +145,8 @@ def _build_jets(space: Space, support: tuple[int, ...], *parts: Sequence[Ball]) 
     bends.
     """
     return [
-        space.jet(support, join_parts(at, near), join_parts(slope, rate), bend).cut()
-        for at, near, slope, rate, bend in zip(*parts, strict=True)
+        space.jet(support, join_parts(at, value), join_parts(slope, rate), bend).cut()
+        for at, value, slope, rate, bend in zip(*parts, strict=True)
     ]
 
 

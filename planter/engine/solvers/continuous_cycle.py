@@ -12,11 +12,13 @@ from functools import cached_property
 import numpy as np
 import scipy
 
-from planter.engine.solvers.curve_sum import CurveSide, CurveSum, SmoothSum
+from planter.engine.solvers.curve_sum import CurvePart, CurveSide, CurveSum, SmoothSum
 from planter.engine.solvers.cycle_panels import CORNER, CyclePanels, PanelCache
 from planter.engine.solvers.objective import (
     NO_GROUPS,
+    BreakpointHold,
     Conditions,
+    LocalModel,
     ObjectiveSummary,
 )
 from planter.engine.solvers.response import (
@@ -26,6 +28,7 @@ from planter.engine.solvers.response import (
     hessians_along,
     peak_velocity,
 )
+from planter.engine.solvers.sampled_cycle import SampledRows, sample_angles
 from planter.kernels import Array, Flags, Integers
 from planter.numerics.arrays import LastCallCache, wrap_angle
 
@@ -36,11 +39,24 @@ NEAR_SHARE, MIN_HIGH_DISTANCE = 0.05, 0.04
 NO_ANGLES: Array = np.empty(0)
 
 
-class ContinuousCycle:
-    """A turn of curves by their true extremes and integrals. Implements `CycleEvaluation`."""
+COARSE = 72
+"""Samples of a cycle over which a search glides."""
+
+
+class ContinuousCycle(CurvePart):
+    """A sum over curves by their true extremes and integrals. Implements `ObjectivePart`."""
+
+    windows, kinks = True, None
 
     def __init__(self, find_panels: PanelCache, total: CurveSum) -> None:
-        self.find_panels, self.total = find_panels, total
+        super().__init__(find_panels.response, total)
+        self.find_panels = find_panels
+        self.panels = LastCallCache(self._prepare)
+
+    def restart(self) -> None:
+        """Discard the state of the designs evaluated so far."""
+        super().restart()
+        self.find_panels.restart()
         self.panels = LastCallCache(self._prepare)
 
     def _prepare(self, x: Array) -> tuple[CyclePanels, SmoothSum]:
@@ -52,9 +68,22 @@ class ContinuousCycle:
         panels, smooth = self.panels(x)
         return panels.summarise(self.total, smooth)
 
-    def local(self, x: Array) -> ExtremumRows:
+    def local(self, x: Array, holds: Sequence[BreakpointHold] = ()) -> ExtremumRows:
         """Return the local model of the objective near a design x (p,)."""
         return ExtremumRows(self, self.panels(x)[0])
+
+    def coarse(self, x: Array) -> LocalModel | None:
+        """Return the local model over few samples, all of them rows; None if parts of the cycle
+        count.
+        """
+        if self.total.jumps:  # which are rows of few places, none of them samples
+            return self.local(x)
+        conditions = [part.conditions for part in self.total.statistics]
+        if any([*conditions, *(side.conditions for side in self.total.sides)]):
+            return None
+        angles = sample_angles(COARSE, self.response.period, self.response.turn)
+        chosen = np.ones((len(self.total.sides), len(angles)), dtype=bool)
+        return SampledRows(self.response, self.total, angles, chosen)
 
     def conditions(self, x: Array) -> Conditions:
         """Return first-order data at a design x (p,)."""

@@ -7,10 +7,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Literal
 
 import numpy as np
 
 from planter.engine.solvers.objective import ObjectiveSummary, find_tops
+from planter.engine.solvers.response import CycleResponse
 from planter.kernels import Array, Integers
 from planter.numerics.statistics import Statistic, StatisticKind
 
@@ -136,3 +138,59 @@ class SmoothSum:
             moving = None if share_slopes is None else mask[:, None] * share_slopes
             total += part.weight * statistic.curvature(slopes[part.row], moving)
         return total
+
+
+Sampling = int | Literal["refined"]
+"""A number of samples of a cycle, or its true extremes and integrals."""
+DIRECTION_ANGLES = 360
+"""Angles of a cycle at which insensitivity is determined, unless samples are searched over."""
+
+
+class CurvePart:
+    """Base of the parts of an objective that are sums over curves of a response."""
+
+    def __init__(
+        self, response: CycleResponse, total: CurveSum, angles: int = DIRECTION_ANGLES
+    ) -> None:
+        self.response, self.total, self._count = response, total, angles
+        self.weights = total.weights
+
+    def restart(self) -> None:
+        """Discard the state of the designs evaluated so far."""
+        self.response.restart()
+
+    @cached_property
+    def units(self) -> Array:
+        """Spread (g,) of the curve of each group at the initial design, else its size."""
+        rows = {side.group: side.row for side in self.total.sides}
+        rows |= {jump.group: jump.row for jump in self.total.jumps}
+        return find_spreads(self.response)[[rows[group] for group in range(len(self.weights))]]
+
+    def columns(self, x: Array) -> Array:
+        """Return gradients (n, p) of all curves at a design in shares of the bounds, each curve by
+        its largest.
+        """
+        return scale_slopes(self.response, x, self._count)
+
+
+def scale_slopes(response: CycleResponse, x: Array, samples: int) -> Array:
+    """Return the gradients (n, p) of curves at samples of a turn in shares of the bounds, each
+    curve by its largest.
+    """
+    angles = _list_angles(response, samples)
+    slopes = response.curves.slopes(response.prologue(x), angles)[1][:, :, 1:]
+    size = np.abs(slopes).max(axis=(1, 2), keepdims=True)
+    scaled = np.concatenate(slopes / np.where(size > 0, size, 1.0))
+    return np.asarray(scaled * (response.upper - response.lower))
+
+
+def find_spreads(response: CycleResponse) -> Array:
+    """Return by how much each curve varies at the initial design, else its size, (m,)."""
+    angles = _list_angles(response, DIRECTION_ANGLES)
+    values = response.curves.values(response.prologue(response.design), angles)
+    spread, size = np.ptp(values, axis=1), np.abs(values).max(axis=1)
+    return np.where(spread > 0, spread, np.where(size > 0, size, 1.0))
+
+
+def _list_angles(response: CycleResponse, count: int) -> Array:
+    return np.mod(response.turn * np.arange(count) / count, response.period)

@@ -21,16 +21,17 @@ import numpy as np
 
 from planter.engine.solvers.curve_sum import CurveSide, CurveStatistic, CurveSum, SmoothSum
 from planter.engine.solvers.objective import ObjectiveSummary
-from planter.engine.solvers.pieces import MAX_PIECE, NODES, Pieces, build_tail
 from planter.engine.solvers.response import (
     ONE_SIDED_OFFSET,
     CycleResponse,
     find_breakpoints,
     gradients_along,
 )
+from planter.errors import ComputationError
 from planter.kernels import Array, Flags, Integers
 from planter.numerics.arrays import LastCallCache
 from planter.numerics.extrema import find_stationary_points
+from planter.numerics.piecewise import PiecewiseFunctions
 
 MIN_BREAKPOINT_DISTANCE = 1e-8
 """Joints closer than this are one [rad]."""
@@ -40,10 +41,8 @@ largest at least.
 """
 LEVEL_SHARE = 1e-9
 """A curve whose slope is below this share of its size is level, its slope rounding [1/rad]."""
-TAIL_TOLERANCE, MAX_HALVINGS = 1e-11, 16
-"""A piece is halved, so often at most, if its share of the period times a last coefficient of the
-Legendre series of a curve exceeds this share of the curve's mean size.
-"""
+MAX_PANEL = np.pi / 8
+"""Greatest mean length of the panels of Gauss's nodes [rad]."""
 FIXED_RANK = 10
 """Added to the order of breakpoints whose motion is not known, so that others at the same angle
 count.
@@ -94,7 +93,6 @@ class CyclePanels:
         self.folded = self.breakpoints.folded
         self.breaks, self.order = self._breaks()
         self._place_nodes()
-        self.end_values, self.end_rates = self._find_ends()
         self.jumps = np.flatnonzero(self._is_jump())
         before = (
             self.end_values[:, self.jumps - 1, 1]
@@ -108,30 +106,6 @@ class CyclePanels:
     def fold(self, angles: Array) -> Array:
         """Return angles modulo the period of closed curves [rad]."""
         return np.mod(angles, self.response.period) if self.response.is_closed else angles
-
-    def _find_ends(self) -> tuple[Array, Array]:
-        """Return values and slopes (m, panels, 2) beside the ends of panels, those of the next node
-        if not finite.
-        """
-        ends = np.stack(
-            [self.breaks[:-1] + ONE_SIDED_OFFSET, self.breaks[1:] - ONE_SIDED_OFFSET], axis=1
-        )
-        values, rates = (
-            part.reshape(len(part), *ends.shape)
-            for part in self.response.curves.derivatives(
-                self.at, self.fold(ends.ravel()), is_loose=True
-            )
-        )
-        if not (np.isfinite(values).all() and np.isfinite(rates).all()):
-            first = np.flatnonzero(np.diff(self.panel, prepend=-1))
-            nodes = np.stack([first, np.append(first[1:], len(self.nodes)) - 1], axis=1)
-            is_bad = ~(np.isfinite(values) & np.isfinite(rates))
-            rates = np.where(is_bad, self.node_rates[:, nodes], rates)
-            continued = self.values[:, nodes] + self.node_rates[:, nodes] * (
-                ends - self.nodes[nodes]
-            )
-            values = np.where(is_bad, continued, values)
-        return values, rates
 
     def _is_jump(self) -> Flags:
         """Return which panels begin at a breakpoint where the curves themselves may jump."""
@@ -184,53 +158,31 @@ class CyclePanels:
 
     def _place_nodes(self) -> None:
         """Set nodes (n,) in order, their places and weights in their panels, shares of sum 1,
-        values and slopes.
+        values and slopes; and values and slopes (m, panels, 2) beside the ends of panels.
 
-        A piece in which the Legendre series of a curve does not fall off is halved: there is a
-        corner that no event marks, or nearly one.
+        Raises ComputationError where a curve is not finite.
         """
-        lengths = np.diff(self.breaks)
-        pending, tail = (
-            Pieces.divide(np.ceil(lengths / MAX_PIECE).astype(np.int64)),
-            build_tail(NODES),
+        period = self.response.period
+        self._pieces = pieces = PiecewiseFunctions(
+            lambda phi: self.response.curves.derivatives(self.at, self.fold(phi), is_loose=True),
+            self.breaks[1:-1],
+            period,
+            self.breaks[0],
+            int(np.ceil(period / MAX_PANEL)),
         )
-        accepted: list[tuple[Pieces, Array, Array]] = []
-        size: Array | None = None
-        for depth in range(MAX_HALVINGS + 1):
-            places, weights = pending.place()
-            nodes = self.breaks[pending.panel, None] + places * lengths[pending.panel, None]
-            both = self.response.curves.derivatives(self.at, self.fold(nodes.ravel()))
-            values, rates = (part.reshape(len(part), *nodes.shape) for part in both)
-            shares = weights.sum(axis=1) * lengths[pending.panel] / self.response.period
-            size = (np.abs(values).mean(axis=2) @ shares) if size is None else size
-            tails = np.abs(values @ tail).max(axis=2) * shares
-            is_rough = (tails > TAIL_TOLERANCE * size[:, None]).any(axis=0)
-            is_rough &= depth < MAX_HALVINGS
-            done = np.flatnonzero(~is_rough)
-            accepted.append((pending.select(done), values[:, done], rates[:, done]))
-            if not is_rough.any():
-                break
-            pending = pending.select(is_rough).halve()
-        parts = [pieces for pieces, _, _ in accepted]
-        fields = ("panel", "number", "count", "low", "high")
-        pieces = Pieces(
-            *(np.concatenate([getattr(part, name) for part in parts]) for name in fields)
-        )
-        order = np.lexsort([pieces.low, pieces.number, pieces.panel])
-        pieces = pieces.select(order)
-        places, weights = pieces.place()
-        self.panel, self.mix, self._weights = (
-            np.repeat(pieces.panel, NODES),
-            places.ravel(),
-            weights.ravel(),
-        )
-        self.nodes = self.breaks[self.panel] + self.mix * lengths[self.panel]
-        self.shares = self._weights * lengths[self.panel] / self.response.period
-        self.values, self.node_rates = (
-            np.concatenate([each[1 + k] for each in accepted], axis=1)[:, order].reshape(
-                self.response.count, -1
-            )
-            for k in range(2)
+        if pieces.poles:  # of which the response says what they are
+            angles = self.fold(np.array(list(pieces.poles.values())))
+            self.response.curves.derivatives(self.at, angles)
+            raise ComputationError(f"a curve has a pole at {np.degrees(angles[0]):.6g} deg")
+        inner, ends = np.flatnonzero(pieces.weights > 0), np.flatnonzero(pieces.weights == 0)
+        self.nodes, self.panel = pieces.nodes[inner], pieces.owner[inner]
+        self.shares = pieces.weights[inner]
+        lengths = np.diff(self.breaks)[self.panel]
+        self.mix = (self.nodes - self.breaks[self.panel]) / lengths
+        self._weights = self.shares * period / lengths
+        self.values, self.node_rates = pieces.values[:, inner], pieces.slopes[:, inner]
+        self.end_values, self.end_rates = (
+            part[:, ends].reshape(len(part), -1, 2) for part in (pieces.values, pieces.slopes)
         )
 
     # --- parts of the period
@@ -411,8 +363,10 @@ class CyclePanels:
             first, second = self.response.curves.rates(self.at, self.fold(phi))
             return first[row], second[row]
 
-        places, rates, joined = self._probes(row)
-        angles, peaks = find_stationary_points(slope, places, rates, joined)
+        pieces = self._pieces
+        angles, peaks = find_stationary_points(
+            slope, pieces.nodes, pieces.slopes[row], pieces.is_joined
+        )
         before, after = np.roll(self.end_rates[row, :, 1], 1), self.end_rates[row, :, 0]
         changes = (before > 0) != (after > 0)
         changes[self.jumps] = False
@@ -484,19 +438,6 @@ class CyclePanels:
         steepest, largest = np.abs(self.node_rates[row]).max(), np.abs(self.values[row]).max()
         flags: Flags = np.abs(after - before) > max(CORNER_SHARE * steepest, LEVEL_SHARE * largest)
         return flags
-
-    def _probes(self, row: int) -> tuple[Array, Array, Flags]:
-        """Nodes and ends of all panels in order, dF/dphi there, and which neighbours lie in the
-        same panel.
-        """
-        panels, ends = np.arange(len(self.breaks) - 1), self.end_rates[row]
-        probes = np.concatenate(
-            [self.nodes, self.breaks[:-1] + ONE_SIDED_OFFSET, self.breaks[1:] - ONE_SIDED_OFFSET]
-        )
-        rate = np.concatenate([self.node_rates[row], ends[:, 0], ends[:, 1]])
-        panel = np.concatenate([self.panel, panels, panels])
-        order = np.lexsort([probes, panel])
-        return probes[order], rate[order], np.diff(panel[order]) == 0
 
     def summarise(self, total: CurveSum, smooth: SmoothSum) -> ObjectiveSummary:
         """Return the summary of a sum."""

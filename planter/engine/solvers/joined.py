@@ -10,45 +10,20 @@ from typing import Protocol
 
 import numpy as np
 
+from planter.engine.solvers.insensitive import InsensitiveDirections, find_insensitive
 from planter.engine.solvers.objective import (
     BreakpointHold,
     Conditions,
     Kinks,
     LocalModel,
+    ObjectivePart,
     ObjectiveSummary,
 )
-from planter.engine.solvers.range_variance import InsensitiveDirections, find_insensitive
 from planter.kernels import Array, Flags
 
 
-class ObjectivePart(Protocol):
-    """Part of an objective over a machine's cycle; see `Objective` for what it has in common with
-    one.
-    """
-
-    @property
-    def weights(self) -> Array: ...
-    @property
-    def units(self) -> Array: ...
-    @property
-    def windows(self) -> bool: ...
-    @property
-    def kinks(self) -> Kinks | None: ...
-
-    def restart(self) -> None:
-        """Forget all designs so far."""
-
-    def summarise(self, x: Array) -> ObjectiveSummary:
-        """Return the summary at a design x (p,)."""
-
-    def local(self, x: Array, holds: Sequence[BreakpointHold] = ()) -> LocalModel:
-        """Return the local model near a design x (p,), with breakpoints constrained by `holds`."""
-
-    def coarse(self, x: Array) -> LocalModel | None:
-        """Return the local model over few samples, all of them rows, None if there is none."""
-
-    def conditions(self, x: Array) -> Conditions:
-        """Return first-order data at a design x (p,)."""
+class CurvedPart(ObjectivePart, Protocol):
+    """A part over a machine's cycle."""
 
     def columns(self, x: Array) -> Array:
         """Return gradients (n, p) of all curves at a design in shares of the bounds, each curve by
@@ -66,7 +41,7 @@ class JoinedObjective:
     unit = None
 
     def __init__(
-        self, parts: Sequence[ObjectivePart], names: tuple[str, ...], widths: Array, design: Array
+        self, parts: Sequence[CurvedPart], names: tuple[str, ...], widths: Array, design: Array
     ) -> None:
         self.parts, self.names, self.widths, self.design = tuple(parts), names, widths, design
         self.weights = np.concatenate([part.weights for part in self.parts])

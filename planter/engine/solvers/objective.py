@@ -114,23 +114,18 @@ class Kinks(Protocol):
         """
 
 
-class Objective(Protocol):
-    """Objective of designs x (p,): smooth + weights (g,) . largest rows of the groups.
+class ObjectivePart(Protocol):
+    """Part of an objective of designs x (p,): smooth + weights (g,) . largest rows of the groups.
 
-    `units` (g,) are what counts as one in the rows, `unit` that of residuals and tolerances, None
-    for the value at the initial design. `sensitive` (p,) marks the parameters that affect the objective.
-    `windows` is true if the rows move with the design, so that a set of them does not serve a
-    complete local search. `kinks` is None if all is differentiable.
+    `units` (g,) are what counts as one in the rows. `windows` is true if the rows move with the
+    design, so that a set of them does not serve a complete local search. `kinks` is None if all is
+    differentiable.
     """
 
     @property
     def weights(self) -> Array: ...
     @property
     def units(self) -> Array: ...
-    @property
-    def unit(self) -> float | None: ...
-    @property
-    def sensitive(self) -> Flags: ...
     @property
     def windows(self) -> bool: ...
     @property
@@ -150,6 +145,19 @@ class Objective(Protocol):
 
     def conditions(self, x: Array) -> Conditions:
         """Return first-order data at a design x (p,), with gradients in the design."""
+
+
+class Objective(ObjectivePart, Protocol):
+    """A whole objective.
+
+    `unit` is that of residuals and tolerances, None for the value at the initial design.
+    `sensitive` (p,) marks the parameters that affect the objective.
+    """
+
+    @property
+    def unit(self) -> float | None: ...
+    @property
+    def sensitive(self) -> Flags: ...
 
     def null_space(self, x: Array) -> Array:
         """Return the directions (k, p) to which the objective is insensitive at a design, to first

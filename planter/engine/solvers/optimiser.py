@@ -35,7 +35,7 @@ from planter.engine.solvers.local_search import (
     search_from_starts,
 )
 from planter.engine.solvers.problem import BestPoint, ClosestPoint, Problem
-from planter.engine.solvers.result import Candidates, OptimiserResult, build_result
+from planter.engine.solvers.result import EvaluationCounts, OptimiserResult, build_result
 from planter.errors import ComputationError
 from planter.kernels import Array
 from planter.progress import Listener, ProgressPhase
@@ -287,7 +287,13 @@ class OptimiserRun:
         counts = self.ga.counts + self.ipopt.counts + self.polish.counts
         named = zip(("ga", "ipopt", "polish"), self._problems, strict=True)
         history = {name: problem.history for name, problem in named if problem.history}
-        candidates = Candidates(reached, self.minima, counts, history)
         return build_result(
-            self.ga, method, self.seed, candidates, time.perf_counter() - self.begun
+            self.ga,
+            reached,
+            self.minima,
+            method=method,
+            seed=self.seed,
+            evaluations=EvaluationCounts(**vars(counts)),
+            seconds=time.perf_counter() - self.begun,
+            history=history,
         )

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -16,7 +17,7 @@ from planter.engine.solvers import certificate, sqp
 from planter.engine.solvers.certificate import ActiveBound, ActiveConstraint
 from planter.engine.solvers.local_search import AGREEMENT_TOLERANCE, LocalMinimum
 from planter.engine.solvers.objective import ObjectiveEvaluation
-from planter.engine.solvers.problem import Counts, Problem
+from planter.engine.solvers.problem import Problem
 from planter.errors import ComputationError
 from planter.files.record import Record
 from planter.kernels import Array
@@ -163,18 +164,6 @@ class OptimiserResult:
         return self.evaluation.objective
 
 
-@dataclass(frozen=True)
-class Candidates:
-    """Outcome of the methods: candidate points u (p,), minima of the local searches, evaluation
-    counts and history.
-    """
-
-    points: list[Array]
-    minima: list[LocalMinimum]
-    counts: Counts
-    history: dict[str, History]
-
-
 class NoFeasiblePointError(ComputationError):
     """No method ended at a feasible point; `points` (p,) are where they ended."""
 
@@ -184,36 +173,32 @@ class NoFeasiblePointError(ComputationError):
 
 
 def build_result(
-    problem: Problem, method: str, seed: int, candidates: Candidates, seconds: float
+    problem: Problem, points: Sequence[Array], minima: Sequence[LocalMinimum], **parts: Any
 ) -> OptimiserResult:
-    """Return the best candidate with its certificate.
+    """Return the best of candidate points u (p,) with its certificate; `minima` are those of the
+    local searches, `parts` the other fields of the result.
 
     Among equal objectives, the point with the smallest residual is selected, and then the point
-    nearest to the initial design along insensitive directions. Equations are satisfied to rounding. The
-    evaluations of this selection do not count. Raises NoFeasiblePointError if no point is feasible.
+    nearest to the initial design along insensitive directions. Equations are satisfied to rounding.
+    The evaluations of this selection do not count. Raises NoFeasiblePointError if no point is
+    feasible.
     """
     judged = problem.anew()
     judged.restart()
-    points = [judged.onto(u) for u in candidates.points if judged.is_feasible(u)]
-    if not points:
-        raise NoFeasiblePointError(candidates.points)
-    objectives = [
-        judged.evaluate(u).objective for u in points
-    ]  # once: last digits depend on earlier loop closures
-    ties = [
-        u for u, objective in zip(points, objectives, strict=True) if objective == min(objectives)
-    ]
+    feasible = [judged.onto(u) for u in points if judged.is_feasible(u)]
+    if not feasible:
+        raise NoFeasiblePointError(points)
+    # Once: last digits depend on earlier loop closures.
+    objectives = [judged.evaluate(u).objective for u in feasible]
+    best = min(objectives)
+    ties = [u for u, objective in zip(feasible, objectives, strict=True) if objective == best]
     u = select_nearest_optimum(
         judged, min(ties, key=lambda point: certificate.kkt_residual(judged, point))
     )
     return OptimiserResult(
-        method=method,
-        seed=seed,
         design=judged.design(u),
         evaluation=judged.evaluate(u),
         start_objective=problem.reference.objective,
-        evaluations=EvaluationCounts(**vars(candidates.counts)),
-        seconds=seconds,
-        certificate=certify_candidates(judged, u, candidates.minima),
-        history=candidates.history,
+        certificate=certify_candidates(judged, u, minima),
+        **parts,
     )

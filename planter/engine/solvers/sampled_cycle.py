@@ -14,12 +14,13 @@ kinds of `BreakpointHold` confine a solver to one side, or to the breakpoint its
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from planter.engine.solvers.curve_sum import CurveSum, SmoothSum
+from planter.engine.solvers.curve_sum import CurvePart, CurveSum, SmoothSum
 from planter.engine.solvers.objective import (
     BreakpointHold,
     Conditions,
@@ -56,11 +57,13 @@ def sample_angles(samples: int, period: float, turn: float = TURN) -> Array:
     return angles
 
 
-class SampledCycle:
-    """A cycle of curves as N samples. Implements `CycleEvaluation` and `Kinks`."""
+class SampledCycle(CurvePart):
+    """A sum over curves by N samples of a cycle. Implements `ObjectivePart` and `Kinks`."""
+
+    windows = False
 
     def __init__(self, response: CycleResponse, total: CurveSum, samples: int) -> None:
-        self.response, self.total = response, total
+        super().__init__(response, total, samples)
         self.angles = sample_angles(samples, response.period, response.turn)
         self.spacing = response.period / len(self.angles)
 
@@ -70,8 +73,15 @@ class SampledCycle:
             self.total, self.response.curves.values(self.response.prologue(x), self.angles)
         )
 
-    def local(self, x: Array) -> SampledRows:
-        """Return all samples near an extreme as rows, without constrained breakpoints."""
+    @property
+    def kinks(self) -> SampledCycle:
+        return self
+
+    def coarse(self, x: Array) -> None:
+        """Return None: the samples are few already."""
+
+    def local(self, x: Array, holds: Sequence[BreakpointHold] = ()) -> SampledRows:
+        """Return all samples near an extreme as rows, with breakpoints constrained by `holds`."""
         values, total = (
             self.response.curves.values(self.response.prologue(x), self.angles),
             self.total,
@@ -79,7 +89,8 @@ class SampledCycle:
         tops = summarise_samples(total, values).tops[total.groups]
         reach = INITIAL_ROW_SHARE * np.ptp(values, axis=1)[total.rows]
         signed = total.signs[:, None] * values[total.rows]
-        return SampledRows(self.response, total, self.angles, signed >= (tops - reach)[:, None])
+        chosen = signed >= (tops - reach)[:, None]
+        return SampledRows(self.response, total, self.angles, chosen, tuple(holds))
 
     def find_pins(self, x: Array) -> list[tuple[BreakpointHold, float]]:
         """Return each breakpoint of order 1 as a pin at the nearest sample, with the distance psi -
@@ -168,10 +179,6 @@ class SampledRows:
         self.signs = total.signs[self.sides]
         self.bounds = np.array([[h.low for h in holds], [h.high for h in holds]])
         self._state = LastCallCache(lambda x: _SampleState(self, x))
-
-    def with_holds(self, holds: tuple[BreakpointHold, ...]) -> SampledRows:
-        """Return a copy with exactly these breakpoints constrained."""
-        return SampledRows(self.response, self.total, self.angles, self.chosen, holds)
 
     def summarise(self, x: Array) -> ObjectiveSummary:
         """Return the summary of the objective at a design x (p,)."""

@@ -10,9 +10,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import pairwise
-from typing import Literal
 
 import numpy as np
 import scipy
@@ -213,21 +212,21 @@ class Flanks:
         undercut below 0.
         """
         ends = self.xi + self.side * self.rack.run(self.rack.sizes["form"])
-        return self._find_minima(self.xi, ends).value
+        return self._find_minima(self.xi, ends)
 
     @cached_property
     def upper_margins(self) -> Array:
         """Smallest rate of each flank from its crossing up to its tip, which concave curves
         reduce.
         """
-        return self._find_minima(self.tips[0], self.xi).value
+        return self._find_minima(self.tips[0], self.xi)
 
     @cached_property
-    def rate_minima(self) -> Extremes:
+    def rate_minima(self) -> Array:
         """Minima of the rate of each flank down to the end of the rack's straight flank."""
         return self._find_minima(self.xi, self.straight_ends)
 
-    def _find_minima(self, start: Array, end: Array) -> Extremes:
+    def _find_minima(self, start: Array, end: Array) -> Array:
         """Return the minima of each flank's rate, relative to a rack, between two arc lengths (2
         z,) [m].
         """
@@ -252,8 +251,7 @@ class Flanks:
         rates = self.compute_rates(places, owner, middle)[0]
         # ends, breakpoints and stationary points together: the least of an owner comes first
         order = np.lexsort((rates, owner))
-        first = order[np.searchsorted(owner[order], np.arange(2 * self.z))]
-        return Extremes(places[first], rates[first])
+        return rates[order[np.searchsorted(owner[order], np.arange(2 * self.z))]]
 
     def compute_rates(
         self, s: Array, index: Integers, towards: Array | None = None
@@ -267,14 +265,6 @@ class Flanks:
         )
         value, first, second = columns.values()
         return value, first, second
-
-
-@dataclass(frozen=True)
-class Extremes:
-    """Arc lengths (n,) [m] and values (n,) of extremes."""
-
-    place: Array
-    value: Array
 
 
 def split_at_breakpoints(
@@ -318,7 +308,7 @@ class FlankLine:
     lower end are cut.
     """
 
-    kind: Literal["flank", "fillet", "root"]
+    kind: str
     upper: float
     lower: float
 
@@ -352,7 +342,7 @@ def _find_loops(flanks: Flanks) -> Integers:
     towards = np.repeat((starts + ends) / 2, _SAMPLES)
     rate = flanks.fillet(grid.ravel(), np.repeat(index, _SAMPLES), towards).rate.reshape(grid.shape)
     back = np.bincount(index, (rate >= 0).any(axis=1), len(indices)) > 0
-    return np.flatnonzero((flanks.rate_minima.value < 0) | back)
+    return np.flatnonzero((flanks.rate_minima < 0) | back)
 
 
 def _follow_outline(flanks: Flanks, flank: int) -> list[FlankLine]:
@@ -388,26 +378,18 @@ def _list_forward_parts(flanks: Flanks, flank: int) -> Iterator[FlankLine]:
         for s in (flanks.xi, flanks.tips[0], flanks.straight_ends, flanks.middle, flanks.spaces)
     )
     index = np.array([flank])
-    turns = list(
-        _find_turns(
-            flanks,
-            xi,
-            straight,
-            lambda s, towards: -flanks.compute_rates(s, np.repeat(index, len(s)), towards)[0],
-        )
-    )
-    back = list(
-        _find_turns(
-            flanks,
-            straight,
-            middle,
-            lambda s, towards: flanks.fillet(s, np.repeat(index, len(s)), towards).rate,
-        )
-    )
-    yield from (FlankLine("flank", a, b) for a, b in list(pairwise([tip, *turns, straight]))[::2])
-    yield from (
-        FlankLine("fillet", a, b) for a, b in list(pairwise([straight, *back, middle]))[::2]
-    )
+
+    def turns_back(kind: str, s: Array, towards: Array) -> Array:
+        number = np.repeat(index, len(s))
+        if kind == "flank":
+            return -flanks.compute_rates(s, number, towards)[0]
+        return flanks.fillet(s, number, towards).rate
+
+    parts = {"flank": (tip, xi, straight), "fillet": (straight, straight, middle)}
+    for kind, (begin, start, end) in parts.items():
+        turns = _find_turns(flanks, start, end, partial(turns_back, kind))
+        for upper, lower in list(pairwise([begin, *turns, end]))[::2]:
+            yield FlankLine(kind, upper, lower)
     yield FlankLine("root", middle, space)
 
 

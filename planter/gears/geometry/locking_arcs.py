@@ -20,6 +20,7 @@ from planter.gears.geometry.pitch_curves import (
     PitchCurve,
     X,
     Y,
+    build_contact,
     place_gears,
     trace_pair,
 )
@@ -214,17 +215,8 @@ class Rolling:
             r, dr, ddr = (part(clamped)[0] for part in rows)
             return np.array([r + dr * past + ddr * past**2 / 2, dr + ddr * past, ddr])
 
-        def ratios(t: Array) -> Array:
-            r, dr, _ = radii(t)
-            return np.array(list(RACK("rolling", r=r, dr=dr, a=distance).values()))
-
         breaks = np.concatenate([[first - EXTENSION], inner, [last + EXTENSION]])
-        turned = ChebyshevPanels.fit(lambda t: ratios(t)[:1], breaks).integral
-
-        def contact(t: Array) -> Array:
-            return np.vstack([radii(t), ratios(t), turned(t)])
-
-        gear, mate = trace_pair(contact, distance)
+        gear, mate = trace_pair(build_contact(radii, distance, breaks), distance)
         curves = PitchCurve.from_trace(gear, breaks, 1), PitchCurve.from_trace(mate, breaks, -1)
         lead, end = curves[0].arc_within(np.array(over)).tolist()
         return cls(CurvePair(*curves, distance), over, lead, curves[1].length - end, end - lead)

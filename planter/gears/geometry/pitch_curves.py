@@ -12,7 +12,7 @@ import scipy
 from planter.errors import GeometryError
 from planter.gears.geometry.pieces import Piece
 from planter.gears.geometry.stage import Stage
-from planter.kernels import Array, formulas
+from planter.kernels import Array, Integers, formulas
 from planter.numerics import roots
 from planter.numerics.arrays import TURN, to_degrees
 from planter.numerics.piecewise import ChebyshevPanels, RoughFunctionError
@@ -61,19 +61,12 @@ class PitchCurve:
         at_ends[0] = 0.0
         total = at_ends[-1]
 
-        def parameter(s: Array) -> Array:
-            index = np.clip(np.searchsorted(at_ends, s, "right") - 1, 0, len(at_ends) - 2)
-            low, high = length.ends[index], length.ends[index + 1]
-            # at an end itself rounding may give the bracket the wrong sign
-            ends = np.minimum(at_ends[index] - s, -0.0), np.maximum(at_ends[index + 1] - s, 0.0)
-
-            def rates(u: Array) -> tuple[Array, Array]:
-                return length(u, index)[0] - s, speed(u)[0]
-
-            return roots.find_bracketed_roots(rates, low, high, ends)
+        def rates(u: Array, index: Integers, arcs: Array) -> tuple[Array, Array]:
+            return length(u, index)[0] - arcs, speed(u)[0]
 
         def rows(arcs: Array) -> Array:
-            polar, _ = trace(parameter(arcs if sense > 0 else total - arcs))
+            passed = arcs if sense > 0 else total - arcs
+            polar, _ = trace(_find_places(length.ends, at_ends, rates, passed))
             columns = list(RACK("pitch", polar_place=polar, sense=sense).values())[:5]
             angle = polar[0] if sense > 0 else TURN - polar[0]
             return np.array([*columns, angle])
@@ -97,13 +90,18 @@ class PitchCurve:
         """Return rows (6, n) at arc lengths (n,) [m] of any turn, on the side of breakpoints that
         lies `towards` (n,) " "[m].
         """
+        arcs, panel, turns = self._locate(s, towards)
+        rows = self.rows(arcs, panel)
+        rows[POLAR] += TURN * turns
+        return rows
+
+    def _locate(self, s: Array, towards: Array | None) -> tuple[Array, Integers, Array]:
+        """Return arc lengths (n,) within the first turn, their panels, and whole turns."""
         # the shift only chooses the panel; the rows are those of the arc length itself
         seen = s if towards is None else s + _SIDE_SHIFT * (towards - s)
         turns = np.floor(seen / self.length)
         past = turns * self.length
-        rows = self.rows(s - past, self.rows.panel(seen - past))
-        rows[POLAR] += TURN * turns
-        return rows
+        return s - past, self.rows.panel(seen - past), turns
 
     def arc(self, polar: Array) -> Array:
         """Return arc lengths (n,) [m] at polar angles (n,) [rad] of any turn."""
@@ -112,17 +110,12 @@ class PitchCurve:
 
     def arc_within(self, polar: Array) -> Array:
         """Return arc lengths (n,) [m] at polar angles (n,) [rad] between those of its ends."""
-        starts = self._starts
-        index = np.clip(np.searchsorted(starts, polar, "right") - 1, 0, len(starts) - 2)
         slope = self.rows.slope
 
-        def rates(s: Array) -> tuple[Array, Array]:
-            return self.rows(s, index)[POLAR] - polar, slope(s, index)[POLAR]
+        def rates(s: Array, index: Integers, angles: Array) -> tuple[Array, Array]:
+            return self.rows(s, index)[POLAR] - angles, slope(s, index)[POLAR]
 
-        ends = np.minimum(starts[index] - polar, -0.0), np.maximum(starts[index + 1] - polar, 0.0)
-        return roots.find_bracketed_roots(
-            rates, self.rows.ends[index], self.rows.ends[index + 1], ends
-        )
+        return _find_places(self.rows.ends, self._starts, rates, polar)
 
     @cached_property
     def _starts(self) -> Array:
@@ -136,9 +129,7 @@ class PitchCurve:
         """Return curvature [1/m] and its first two derivatives by arc length (3, n), on the side
         that lies " "`towards`.
         """
-        seen = s if towards is None else s + _SIDE_SHIFT * (towards - s)
-        past = np.floor(seen / self.length) * self.length
-        panel, arcs = self.rows.panel(seen - past), s - past
+        arcs, panel, _ = self._locate(s, towards)
         first = self.rows.slope
         return np.array([part(arcs, panel)[KAPPA] for part in (self.rows, first, first.slope)])
 
@@ -153,6 +144,28 @@ class PitchCurve:
     def part(self, low: float, high: float) -> Piece:
         """Return the curve between two of its arc lengths [m]."""
         return Piece("pitch curve", lambda s: self.at(low + (high - low) * s)[:POLAR])
+
+
+def _find_places(
+    places: Array,
+    values: Array,
+    rates: Callable[[Array, Integers, Array], tuple[Array, Array]],
+    targets: Array,
+) -> Array:
+    """Return the places (n,) at which a rising function has target values (n,).
+
+    It has `values` (m,) at the `places` (m,) between which it is smooth; `rates` returns how far it
+    is from the targets, and its slope, on intervals by their numbers.
+    """
+    index = np.clip(np.searchsorted(values, targets, "right") - 1, 0, len(values) - 2)
+    # at an end itself rounding may give the bracket the wrong sign
+    low, high = np.minimum(values[index] - targets, -0.0), values[index + 1] - targets
+    return roots.find_bracketed_roots(
+        lambda x: rates(x, index, targets),
+        places[index],
+        places[index + 1],
+        (low, np.maximum(high, 0.0)),
+    )
 
 
 Contact = Callable[[Array], Array]
@@ -188,6 +201,19 @@ class CurvePair:
         return CurvePair(
             self.gear.scaled(factor), self.mate.scaled(factor), self.distance * factor, self.sense
         )
+
+
+def build_contact(radii: Callable[[Array], Array], distance: float, breaks: Array) -> Contact:
+    """Return the contact of a gear by its radius and two derivatives (3, n) at polar angles (n,),
+    smooth between breaks (m,) [rad], with the axes at a distance [m].
+    """
+
+    def ratios(t: Array) -> Array:
+        r, dr, _ = radii(t)
+        return np.array(list(RACK("rolling", r=r, dr=dr, a=distance).values()))
+
+    turned = ChebyshevPanels.fit(lambda t: ratios(t)[:1], breaks).integral
+    return lambda t: np.vstack([radii(t), ratios(t), turned(t)])
 
 
 def trace_pair(contact: Contact, distance: float) -> tuple[Trace, Trace]:
@@ -340,8 +366,8 @@ class SampledRadius:
         high = float(self.curve(self._sample_angles()).max())
 
         def over(distance: float) -> float:
-            rates = ChebyshevPanels.fit(lambda t: self._ratios(t, distance)[:1], self.knots)
-            return float(rates.integral(self.knots[-1:])[0, 0] - TURN / turns)
+            contact = build_contact(self._radii, distance, self.knots)
+            return float(contact(self.knots[-1:])[-1, 0] - TURN / turns)
 
         # near the largest radius the ratio has a pole: the bracket is searched from the other end
         farther = high * (1 + turns) * (1 + _BRACKET_MARGIN)
@@ -364,20 +390,18 @@ class SampledRadius:
         worst = int(np.argmax(np.abs(later - self.radius)))
         return worst, float(later[worst])
 
-    def _ratios(self, t: Array, distance: float) -> Array:
-        """Return the ratio and its derivative (2, n) at angles (n,) [rad] from the first point."""
-        columns = RACK("rolling", r=self.curve(t), dr=self.curve(t, 1), a=distance)
-        return np.array(list(columns.values()))
+    def _radii(self, t: Array) -> Array:
+        """Return the radius and its derivatives (3, n) at angles (n,) [rad] from the first point."""
+        return np.array([self.curve(t, order) for order in range(3)])
 
     def _roll(self, distance: float, turns: int, mate_turns: int) -> CurvePair:
         """Return the pair with the axes at a distance [m]."""
-        turned = ChebyshevPanels.fit(lambda t: self._ratios(t, distance)[:1], self.knots).integral
+        within_turn = build_contact(self._radii, distance, self.knots)
 
         def contact(t: Array) -> Array:
-            u, past = np.mod(t, TURN), np.floor(t / TURN)
-            rotation = turned(u)[0] + past * TURN * mate_turns / turns
-            radii = [self.curve(u, order) for order in range(3)]
-            return np.vstack([*radii, self._ratios(u, distance), rotation])
+            rows = within_turn(np.mod(t, TURN))
+            rows[-1] += np.floor(t / TURN) * TURN * mate_turns / turns
+            return rows
 
         return build_contact_pair(contact, distance, self.knots, self.sense, turns, mate_turns)
 

@@ -10,7 +10,7 @@ Computer-Aided Design 7, 1975). Here the ratio is the one that preserves the are
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,12 +56,14 @@ class Arcs:
     """A curve of arcs: `vertices` (n, 2) [m], `bulges` (n,); the last arc of a closed one leads to
     the first vertex.
 
-    An open one has a bulge of 0 at its last vertex.
+    An open one has a bulge of 0 at its last vertex. `deviation` is the largest from a curve that
+    the arcs follow [m].
     """
 
     vertices: Array
     bulges: Array
     closed: bool = True
+    deviation: float = 0.0
 
     @property
     def chords(self) -> Array:
@@ -109,11 +111,8 @@ class Arcs:
     def moved(self, turn: float, shift: tuple[float, float] | Array = (0.0, 0.0)) -> Arcs:
         """Return the curve rotated about the origin by `turn` [rad], then shifted [m]."""
         c, s = np.cos(turn), np.sin(turn)
-        return Arcs(
-            self.vertices @ np.array([[c, s], [-s, c]]) + np.asarray(shift),
-            self.bulges,
-            self.closed,
-        )
+        vertices = self.vertices @ np.array([[c, s], [-s, c]]) + np.asarray(shift)
+        return replace(self, vertices=vertices)
 
 
 def interpolate_arcs(start: Array, chord: Array, half: Array, share: Array) -> Array:
@@ -156,15 +155,7 @@ _MERGE_SHARE = 1e-3
 """Share of the tolerance below which the two arcs of a biarc are merged."""
 
 
-@dataclass(frozen=True)
-class ArcFit:
-    """Arcs that follow pieces, and their largest deviation [m]."""
-
-    arcs: Arcs
-    deviation: float
-
-
-def fit_arcs(pieces: Sequence[Piece], tolerance: float, closed: bool = True) -> ArcFit:
+def fit_arcs(pieces: Sequence[Piece], tolerance: float, closed: bool = True) -> Arcs:
     """Return arcs within `tolerance` [m] of consecutive pieces, on either side and as seen from
     either.
 
@@ -187,7 +178,7 @@ def fit_arcs(pieces: Sequence[Piece], tolerance: float, closed: bool = True) -> 
     vertices, bulges = vertices[needed], np.tan(halves[needed] / 2)
     if not closed:
         vertices, bulges = np.vstack([vertices, pieces[-1].at(np.ones(1))]), np.append(bulges, 0.0)
-    return ArcFit(Arcs(vertices, bulges, closed), float(biarcs.deviation.max()) / SEEN_SHARE)
+    return Arcs(vertices, bulges, closed, float(biarcs.deviation.max()) / SEEN_SHARE)
 
 
 def _fit_spans(pieces: Sequence[Piece], limit: float) -> Iterator[tuple[Array, Biarcs]]:

@@ -18,7 +18,7 @@ from planter.files import units
 from planter.gears.geometry.pieces import Piece
 from planter.gears.results import Cam, Contour, LiftOff, Most, Roller
 from planter.gears.workshop import arcs
-from planter.gears.workshop.arcs import ArcFit, Arcs
+from planter.gears.workshop.arcs import Arcs
 from planter.gears.workshop.drawing import Bore, DrawingLine, build_cross, check_wall
 from planter.kernels import Array
 from planter.numerics import extrema
@@ -138,35 +138,28 @@ Push = Callable[[Array, float], Array]
 """
 
 
-@dataclass(frozen=True)
-class RollerLiftOff:
-    """A speed [rad/s], and the angle [rad] at which the roller lifts off first."""
-
-    speed: float
-    angle: float
-
-
-def find_lift_off(push: Push, speed: float) -> RollerLiftOff | None:
+def find_lift_off(push: Push, speed: float) -> LiftOff | None:
     """Return the lowest speed at which the contact force vanishes in a turn, or None up to
     `MAX_SPEED_RATIO` times `speed`.
 
     The speed is zero if nothing presses the roller on at rest.
     """
-    low, high = MIN_SPEED_SHARE * speed, speed
-    rest = _find_smallest_force(push, low)
-    if rest.value <= 0:
-        return RollerLiftOff(0.0, rest.place % (2 * np.pi))
-    # inertia grows with the square of the speed, so that doubling brackets the root soon
-    while _find_smallest_force(push, high).value > 0:
-        low, high = high, 2 * high
-        if abs(high) > MAX_SPEED_RATIO * abs(speed):
-            return None
-    critical = float(
-        scipy.optimize.brentq(
-            lambda trial: _find_smallest_force(push, trial).value, low, high, rtol=1e-12
+    low, high, rpm = MIN_SPEED_SHARE * speed, speed, units.unit_factor("_rpm")
+    critical = 0.0
+    first = _find_smallest_force(push, low)
+    if first.value > 0:
+        # inertia grows with the square of the speed, so that doubling brackets the root soon
+        while _find_smallest_force(push, high).value > 0:
+            low, high = high, 2 * high
+            if abs(high) > MAX_SPEED_RATIO * abs(speed):
+                return None
+        critical = float(
+            scipy.optimize.brentq(
+                lambda trial: _find_smallest_force(push, trial).value, low, high, rtol=1e-12
+            )
         )
-    )
-    return RollerLiftOff(critical, _find_smallest_force(push, critical).place % (2 * np.pi))
+        first = _find_smallest_force(push, critical)
+    return LiftOff(critical / rpm, speed / rpm, float(np.degrees(first.place % (2 * np.pi))))
 
 
 def _find_smallest_force(push: Push, speed: float) -> extrema.ExtremePoint:
@@ -195,47 +188,28 @@ def build_cam_part(
     profile: Profile,
     kind: str,
     tolerance: float,
-    lift_off: RollerLiftOff | None,
-    machine_speed: float,
+    lift_off: LiftOff | None,
     base: float,
     bore: Bore | None = None,
 ) -> CamPart:
     """Return the part of a profile with arcs within `tolerance` [m].
 
     `base` is the height of the strip below an open contour [m]; a closed one may have a bore.
-    Speeds in [rad/s].
 
     Raises GeometryError if the roller is too large, InputError if the bore is.
     """
-    tightest = profile.check_clearance()
+    tightest, pressure = profile.check_clearance(), profile.find_largest("pressure")
     contour = arcs.fit_arcs(profile.pieces, tolerance, profile.closed)
     pitch = arcs.fit_arcs(profile.pitch_pieces, tolerance, profile.closed)
-    outline = contour.arcs if profile.closed else _close_strip(contour.arcs, base)
-    lines = [DrawingLine("CONTOUR", outline), DrawingLine("PITCH", pitch.arcs)]
+    outline = contour if profile.closed else _close_strip(contour, base)
+    lines = [DrawingLine("CONTOUR", outline), DrawingLine("PITCH", pitch)]
     if profile.closed:
         if bore is not None:
             check_wall(bore, outline, profile.name, MIN_WALL * bore.diameter)
             lines += bore.lines()
         lines += build_cross((0.0, 0.0), float(np.hypot(*outline.vertices.T).max()) * 1.1)
-    return CamPart(
-        profile, tuple(lines), _summarise(profile, kind, tightest, contour, lift_off, machine_speed)
-    )
-
-
-def _summarise(
-    profile: Profile,
-    kind: str,
-    tightest: ExtremePoint,
-    contour: ArcFit,
-    lift_off: RollerLiftOff | None,
-    machine_speed: float,
-) -> Cam:
-    radius, concave, pressure = (
-        profile.roller * 1e3,
-        tightest.value < 1,
-        profile.find_largest("pressure"),
-    )
-    return Cam(
+    radius, concave = profile.roller * 1e3, tightest.value < 1
+    result = Cam(
         machine=profile.name,
         kind=kind,
         roller=Roller(
@@ -244,23 +218,14 @@ def _summarise(
             least_curvature_radius_mm=radius / (1 - tightest.value) if concave else None,
             at_deg=float(np.degrees(tightest.place)) if concave else None,
         ),
-        pressure_angle_deg=Most(
-            float(np.degrees(pressure.value)), float(np.degrees(pressure.place))
-        ),
-        lift_off=None
-        if lift_off is None
-        else LiftOff(
-            lift_off.speed / units.unit_factor("_rpm"),
-            machine_speed / units.unit_factor("_rpm"),
-            float(np.degrees(lift_off.angle)),
-        ),
+        pressure_angle_deg=Most(*np.degrees([pressure.value, pressure.place]).tolist()),
+        lift_off=lift_off,
         contour=Contour(
-            float(contour.arcs.lengths.sum()) * 1e3,
-            len(contour.arcs.chords),
-            contour.deviation * 1e6,
+            float(contour.lengths.sum()) * 1e3, len(contour.chords), contour.deviation * 1e6
         ),
         files=[],
     )
+    return CamPart(profile, tuple(lines), result)
 
 
 def _close_strip(contour: Arcs, base: float) -> Arcs:

@@ -38,30 +38,24 @@ CAPTIONS = {
 
 
 @dataclass(frozen=True)
-class CamPageContent:
-    """Context of a cam's page: machine, meanings of its inputs, sidecar of the generated functions,
-    contact force or None, and the speed of the machine [rad/s].
+class CamOutput:
+    """A cam with the context of its page: machine, meanings of its inputs, sidecar of the generated
+    functions, contact force or None, the speed of the machine [rad/s]; and a function that builds
+    its solid.
     """
 
+    part: CamPart
     machine: Document
     meanings: Mapping[str, str]
     sidecar: Mapping[str, Any]
     push: Push | None
     machine_speed: float
+    solid: Callable[[], bytes]
 
     @property
     def entries(self) -> Sequence[dict[str, str]]:
         """Name, unit and meaning of each result of the contour's functions."""
         return self.sidecar["vectors"]["contour"]
-
-
-@dataclass(frozen=True)
-class CamOutput:
-    """A cam with the content of its page, and a function that builds its solid."""
-
-    part: CamPart
-    content: CamPageContent
-    solid: Callable[[], bytes]
 
 
 def present_cam(cam: CamOutput, step: bool = False, written: bool = False) -> ResultPresentation:
@@ -70,7 +64,7 @@ def present_cam(cam: CamOutput, step: bool = False, written: bool = False) -> Re
 
     Writing raises InputError if a solid needs Open CASCADE and it is not installed.
     """
-    part, content = cam.part, cam.content
+    part = cam.part
     names = [
         "contour.dxf",
         "contour.svg",
@@ -80,20 +74,20 @@ def present_cam(cam: CamOutput, step: bool = False, written: bool = False) -> Re
         "report.html",
     ]
     result = replace(part.result, files=names if written else [])
-    title = f"Cam of {content.machine.name}"
-    model = Text(f"{content.sidecar['title']} ({content.sidecar['source']}). Assumptions:")
+    title = f"Cam of {cam.machine.name}"
+    model = Text(f"{cam.sidecar['title']} ({cam.sidecar['source']}). Assumptions:")
     return ResultPresentation(
         title=title,
         record=result,
         conclusion=_conclude(result),
         sections=[Section("Results", list(_list_results(result)))],
-        document=content.machine,
-        meanings=content.meanings,
-        figures=lambda: _build_figures(part, content),
+        document=cam.machine,
+        meanings=cam.meanings,
+        figures=lambda: _build_figures(cam),
         captions=CAPTIONS,
-        details=lambda: [Section("Model", [model, Items(content.sidecar["assumptions"])])],
-        tables=lambda: {"contour.csv": tabulate_contour(part.profile, content.entries)},
-        comments=_describe_columns(part, content),
+        details=lambda: [Section("Model", [model, Items(cam.sidecar["assumptions"])])],
+        tables=lambda: {"contour.csv": tabulate_contour(part.profile, cam.entries)},
+        comments=_describe_columns(cam),
         texts=lambda: {
             "contour.dxf": format_dxf(part.lines).decode(),
             "contour.svg": format_svg(part.lines, title),
@@ -129,24 +123,19 @@ def _list_results(result: Cam) -> Iterator[Block]:
         )
 
 
-def _describe_columns(part: CamPart, content: CamPageContent) -> Iterator[str]:
-    roller = (
-        f"{part.result.kind} cam for a roller of a radius of {part.result.roller.radius_mm:g} mm"
-    )
-    meanings = (f"{entry['name']}: {entry['meaning']}" for entry in content.entries)
-    yield from files.list_comments(content.machine, "cam", (roller, *meanings))
+def _describe_columns(cam: CamOutput) -> Iterator[str]:
+    result = cam.part.result
+    roller = f"{result.kind} cam for a roller of a radius of {result.roller.radius_mm:g} mm"
+    meanings = (f"{entry['name']}: {entry['meaning']}" for entry in cam.entries)
+    yield from files.list_comments(cam.machine, "cam", (roller, *meanings))
 
 
-def _build_figures(part: CamPart, content: CamPageContent) -> dict[str, Figure]:
-    plots = {"contour": plot_contour(part), "limits": plot_limits(part)}
-    if content.push is not None:
-        lift_off = part.result.lift_off
-        speed = (
-            None
-            if lift_off is None
-            else lift_off.speed_rpm / lift_off.own_speed_rpm * content.machine_speed
-        )
-        plots["lifting"] = plot_lift_off(content.push, content.machine_speed, speed)
+def _build_figures(cam: CamOutput) -> dict[str, Figure]:
+    plots = {"contour": plot_contour(cam.part), "limits": plot_limits(cam.part)}
+    if cam.push is not None:
+        lift_off = cam.part.result.lift_off
+        share = 0.0 if lift_off is None else lift_off.speed_rpm / lift_off.own_speed_rpm
+        plots["lifting"] = plot_lift_off(cam.push, cam.machine_speed, share * cam.machine_speed)
     return plots
 
 
@@ -204,15 +193,15 @@ def plot_limits(part: CamPart) -> Figure:
 
 
 @style.with_style
-def plot_lift_off(push: Push, machine_speed: float, lift_off_speed: float | None) -> Figure:
+def plot_lift_off(push: Push, machine_speed: float, lift_off_speed: float) -> Figure:
     """Plot the force between cam and roller over a turn, at the machine's speed and the lift-off
-    speed [rad/s].
+    speed [rad/s], 0 without one.
     """
     figure = style.new_figure(2.6)
     axes = figure.subplots()
-    speeds = {"machine speed": machine_speed} | (
-        {} if not lift_off_speed else {"lift-off": lift_off_speed}
-    )
+    speeds = {"machine speed": machine_speed}
+    if lift_off_speed:
+        speeds["lift-off"] = lift_off_speed
     ends = []
     for index, (name, speed) in enumerate(speeds.items()):
         force, shade = push(_TURN, speed), style.curve_colour(name, index)

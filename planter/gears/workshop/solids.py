@@ -9,13 +9,12 @@ from __future__ import annotations
 import io
 import re
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 from importlib import import_module
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
-import scipy
+from scipy.interpolate import BSpline, make_interp_spline
 
 from planter.errors import ComputationError, InputError
 from planter.gears.geometry.pieces import Piece
@@ -121,22 +120,21 @@ def _build_prism(
     return kernel.BRepPrimAPI.BRepPrimAPI_MakePrism(face.Face(), up).Shape()
 
 
-def _build_curve(kernel: OpenCascade, spline: Spline) -> Any:
+def _build_curve(kernel: OpenCascade, spline: BSpline) -> Any:
     """Return a spline as a curve [mm], in the plane z = 0 if it is two-dimensional."""
     collections, gp = kernel.collections, kernel.gp
-    poles = collections.Array1_gp_Pnt(1, len(spline.poles))
-    for i, (x, y, *z) in enumerate((_MM * spline.poles).tolist(), 1):
+    poles = collections.Array1_gp_Pnt(1, len(spline.c))
+    for i, (x, y, *z) in enumerate((_MM * spline.c).tolist(), 1):
         poles.SetValue(i, gp.gp_Pnt(x, y, *(z or [0.0])))
-    knots, times = (
-        collections.Array1_double(1, len(spline.knots)),
-        collections.Array1_int(1, len(spline.knots)),
-    )
+    places, counts = np.unique(spline.t, return_counts=True)
+    knots = collections.Array1_double(1, len(places))
+    multiplicities = collections.Array1_int(1, len(places))
     for i, (knot, count) in enumerate(
-        zip((_MM * spline.knots).tolist(), spline.multiplicities, strict=True), 1
+        zip((_MM * places).tolist(), counts.tolist(), strict=True), 1
     ):
         knots.SetValue(i, knot)
-        times.SetValue(i, count)
-    return kernel.Geom.Geom_BSplineCurve(poles, knots, times, spline.degree)
+        multiplicities.SetValue(i, count)
+    return kernel.Geom.Geom_BSplineCurve(poles, knots, multiplicities, DEGREE)
 
 
 def _build_arcs(kernel: OpenCascade, arcs: Arcs) -> Iterator[Any]:
@@ -187,22 +185,11 @@ MIN_SPANS, MAX_SPANS = 8, 2048
 """Smallest and largest number of spans of a spline."""
 
 
-@dataclass(frozen=True)
-class Spline:
-    """A B-spline by the length along it [m]: poles (k, d) [m], distinct knots (m,) [m] with their
-    multiplicities.
-    """
-
-    poles: Array
-    knots: Array
-    multiplicities: tuple[int, ...]
-    degree: int = DEGREE
-
-
 def fit_spline(
     name: str, places: SpaceCurve, tolerance: float, tangents: SpaceCurve | None = None
-) -> Spline:
-    """Return a spline within `tolerance` [m] of a curve halfway between the interpolated points.
+) -> BSpline:
+    """Return a spline by the length along it [m], within `tolerance` [m] of a curve halfway between
+    the interpolated points.
 
     With unit tangents (n, 2) of a plane curve it begins and ends along them, and its deviation is
     measured across them: along the curve it may run at another speed. Raises ComputationError,
@@ -215,17 +202,14 @@ def fit_spline(
         chords = np.sqrt((np.diff(points, axis=0) ** 2).sum(axis=1))
         length = np.concatenate([[0.0], np.cumsum(chords)])
         ends: Any = "not-a-knot" if ways is None else ([(1, ways[0])], [(1, ways[-1])])
-        spline = scipy.interpolate.make_interp_spline(
-            length[::2], points[::2], k=DEGREE, bc_type=ends
-        )
+        spline = make_interp_spline(length[::2], points[::2], k=DEGREE, bc_type=ends)
         missed = (spline(length[1::2]) - points[1::2]).T
         if ways is None:
             error = np.sqrt((missed**2).sum(axis=0))
         else:
             error = np.abs(missed[0] * ways[1::2, 1] - missed[1] * ways[1::2, 0])
         if error.max() <= tolerance:
-            knots, multiplicities = np.unique(spline.t, return_counts=True)
-            return Spline(spline.c, knots, tuple(multiplicities.tolist()))
+            return spline
         # doubled until halfway points agree; the error falls with the fourth power
         spans *= 2
     raise ComputationError(f"{name} turns too sharply for a spline within {tolerance * 1e6:g} um")

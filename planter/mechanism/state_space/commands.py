@@ -8,8 +8,7 @@ from typing import Annotated
 import typer
 
 from planter.report.console import Console
-from planter.report.options import JsonOption, OutOption, SetOption, parse_changes
-from planter.report.writing import writes_files
+from planter.report.options import JsonOption, OutOption, SetOption, parse_changes, writes_files
 
 app = typer.Typer()
 

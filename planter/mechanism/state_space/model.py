@@ -12,7 +12,7 @@ far a state is from where that choice fails: drivers have to watch it.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -26,9 +26,8 @@ from planter.kernels import Array
 from planter.kernels.elimination import ConstrainedFactor, solve_system
 from planter.mechanism import file as mechanism_file
 from planter.mechanism.dynamics import Dynamics, Reactions, find_independent_rows
-from planter.mechanism.motion_equations import MotionEquations, MotionGraphs
+from planter.mechanism.motion_equations import MotionEquations
 
-Solver = Callable[[list[ca.SX]], dict[str, ca.SX]]
 ARGUMENTS = ["t", "x", "u", "p"]
 
 
@@ -242,8 +241,7 @@ class DynamicsModel:
     @cached_property
     def constraint_values(self) -> ca.Function:
         """(t, x, u, p) -> gaps, then speeds, that the constraints keep zero."""
-        graphs = self.equations.graphs
-        values = ca.densify(ca.vertcat(graphs.gaps, graphs.speeds))
+        values = ca.densify(ca.vertcat(self.equations.gap_values, self.equations.speeds))
         return self._build("constraint_values", {"values": values})
 
     @cached_property
@@ -308,9 +306,11 @@ class _Choice:
     """
 
     def __init__(self, dynamics: Dynamics, equations: MotionEquations, start: Array) -> None:
-        now = dynamics.equations(0.0, start)
-        self.rows = find_independent_rows(now.slopes)
-        self.weight = _find_weight(now.inertia, now.slopes[self.rows])
+        self.rows, self.weight = np.empty(0, dtype=np.intp), 0.0
+        if equations.constraints:
+            now = dynamics.equations(0.0, start)
+            self.rows = find_independent_rows(now.slopes)
+            self.weight = _find_weight(now.inertia, now.slopes[self.rows])
         self.balances = self.actions = np.empty(0, dtype=np.intp)
         self.undetermined: tuple[str, ...] = ()
         self.signs = np.empty(0)
@@ -348,14 +348,14 @@ def _find_weight(inertia: Array, slopes: Array) -> float:
     return float(np.trace(inertia) / np.sum(slopes**2))
 
 
-def _stabilise(graphs: MotionGraphs, rate: float) -> ca.SX:
+def _stabilise(graphs: MotionEquations, rate: float) -> ca.SX:
     """Return bends with which gaps and slips decay."""
     if rate == 0:
         return graphs.bends
-    count = graphs.gaps.numel()
+    count = graphs.gap_values.numel()
     factors = ca.DM([2 * rate] * count + [rate] * (graphs.speeds.numel() - count))
     slips = ca.SX(graphs.speeds.numel() - count, 1)
-    return graphs.bends - factors * graphs.speeds - rate**2 * ca.vertcat(graphs.gaps, slips)
+    return graphs.bends - factors * graphs.speeds - rate**2 * ca.vertcat(graphs.gap_values, slips)
 
 
 class _Motion:
@@ -365,9 +365,9 @@ class _Motion:
     """
 
     def __init__(self, equations: MotionEquations, choice: _Choice, stabilise: float = 0.0) -> None:
-        graphs, rows = equations.graphs, choice.rows.tolist()
-        bends = _stabilise(graphs, stabilise)[rows, :]
-        inertia, slopes = graphs.inertia, graphs.slopes[rows, :]
+        rows = choice.rows.tolist()
+        bends = _stabilise(equations, stabilise)[rows, :]
+        slopes = equations.slopes[rows, :]
         a, multipliers = ca.SX.sym("a", equations.size), ca.SX.sym("l", len(rows))
         r = ca.SX.sym("r", len(choice.actions))
         self.symbols = {"a": a, "l": multipliers, "r": r}
@@ -375,24 +375,17 @@ class _Motion:
         self.actions[choice.actions.tolist()] = r
         pressing = [equations.actions.index(name) for name in equations.pressing]
         self.sizes = ca.DM(choice.signs[pressing]) * self.actions[pressing]
-        forces = ca.substitute(graphs.forces, equations.sizes, self.sizes)
-        self._residuals = [
-            inertia @ a - forces - slopes.T @ multipliers,
-            slopes @ a - bends,
-        ]
+        residual = equations.evaluate("residual", accelerations=a, sizes=self.sizes)
+        self._residuals = [residual - slopes.T @ multipliers, slopes @ a - bends]
         if equations.actions:
             matrix, loads = equations.balances(a)
             balances = (matrix @ self.actions + loads)[choice.balances.tolist()]
             self._residuals.append(ca.substitute(balances, equations.sizes, self.sizes))
-        self._is_coupled = bool(r.numel()) and ca.depends_on(forces, r)
-        self._solve = (
-            self._couple()
-            if self._is_coupled
-            else self._separate(ConstrainedFactor(inertia, slopes, choice.weight))
-        )
-        zeros = {name: ca.SX.zeros(symbol.numel()) for name, symbol in self.symbols.items()}
-        self.values = zeros
-        self.values = self._solve([-self.substitute(part) for part in self._residuals])
+        self._slopes, self._equations, self._weight = slopes, equations, choice.weight
+        self._is_coupled = bool(r.numel()) and ca.depends_on(residual, r)
+        self.values = {name: ca.SX.zeros(symbol.numel()) for name, symbol in self.symbols.items()}
+        right = [-self.substitute(part) for part in self._residuals]
+        self.values = self._solve(right, None if self._is_coupled else equations.accelerations)
 
     def differentiate(self, symbols: ca.SX) -> dict[str, ca.SX]:
         """Return derivatives (n, s) of what is unknown by symbols (s,)."""
@@ -404,32 +397,36 @@ class _Motion:
         symbols, values = ca.vertcat(*self.symbols.values()), ca.vertcat(*self.values.values())
         return ca.substitute(graph, symbols, values)
 
-    def _separate(self, motion: ConstrainedFactor) -> Solver:
-        """Return the solution of the slopes of the residuals: motion first, actions from it."""
-        self.pivot = motion.pivot
-        balances = self._residuals[2:]
-        a, r = self.symbols["a"], self.symbols["r"]
-        by_action = [ca.jacobian(part, r) for part in balances]
-        by_acceleration = [ca.jacobian(part, a) for part in balances]
+    @cached_property
+    def pivot(self) -> ca.SX:
+        """The least pivot over the largest."""
+        if self._is_coupled:
+            return solve_system(self._matrix, ca.SX(self._matrix.size1(), 1)).pivot
+        return self._factor.pivot if self._slopes.size1() else ca.SX(1)
 
-        def solve(right: list[ca.SX]) -> dict[str, ca.SX]:
-            accelerations, multipliers = motion.solve(right[0], right[1])
-            actions = ca.SX(0, right[0].size2())
-            for slope, change, rest in zip(by_action, by_acceleration, right[2:], strict=True):
-                actions = solve_system(slope, rest - change @ accelerations).solution
-            return {"a": accelerations, "l": multipliers, "r": actions}
+    @cached_property
+    def _factor(self) -> ConstrainedFactor:
+        return ConstrainedFactor(self._equations.inertia, self._slopes, self._weight)
 
-        return solve
+    @cached_property
+    def _matrix(self) -> ca.SX:
+        """Slopes of all residuals, where friction makes the motion depend on the actions."""
+        return ca.jacobian(ca.vertcat(*self._residuals), ca.vertcat(*self.symbols.values()))
 
-    def _couple(self) -> Solver:
-        """Return the solution where friction makes the motion depend on the actions."""
-        symbols = ca.vertcat(*self.symbols.values())
-        matrix = ca.jacobian(ca.vertcat(*self._residuals), symbols)
-        self.pivot = solve_system(matrix, ca.SX(matrix.size1(), 1)).pivot
-        ends = np.cumsum([0, *(symbol.numel() for symbol in self.symbols.values())]).tolist()
-
-        def solve(right: list[ca.SX]) -> dict[str, ca.SX]:
-            solution = solve_system(matrix, ca.vertcat(*right)).solution
+    def _solve(self, right: list[ca.SX], accelerations: ca.SX | None = None) -> dict[str, ca.SX]:
+        """Return what the slopes of the residuals times unknowns equal: motion first, unless its
+        accelerations are known, actions from it.
+        """
+        if self._is_coupled:
+            ends = np.cumsum([0, *(symbol.numel() for symbol in self.symbols.values())]).tolist()
+            solution = solve_system(self._matrix, ca.vertcat(*right)).solution
             return dict(zip(self.symbols, ca.vertsplit(solution, ends), strict=True))
-
-        return solve
+        multipliers = right[1]
+        if accelerations is None:
+            accelerations, multipliers = self._factor.solve(right[0], right[1])
+        actions = ca.SX(0, right[0].size2())
+        for part, rest in zip(self._residuals[2:], right[2:], strict=True):
+            change = ca.jacobian(part, self.symbols["a"]) @ accelerations
+            slope = ca.jacobian(part, self.symbols["r"])
+            actions = solve_system(slope, rest - change).solution
+        return {"a": accelerations, "l": multipliers, "r": actions}

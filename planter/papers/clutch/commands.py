@@ -12,8 +12,14 @@ import typer
 from planter.errors import InputError, PlanterError
 from planter.report.console import Console
 from planter.report.folder import renew_files
-from planter.report.options import JsonOption, OutOption, SeedOption, SetOption, parse_changes
-from planter.report.writing import writes_files
+from planter.report.options import (
+    JsonOption,
+    OutOption,
+    SeedOption,
+    SetOption,
+    parse_changes,
+    writes_files,
+)
 
 if TYPE_CHECKING:
     from planter.papers.clutch.file import ClutchFile

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from planter.errors import ComputationError, Interrupted
 from planter.kernels import Array, Kernel, formulas
 from planter.papers.clutch.file import ClutchFile
-from planter.papers.clutch.modal_engagement import FACTORS, PAPERS, build_beam
+from planter.papers.clutch.modal_engagement import FACTORS, PAPERS, build_engagement
 from planter.papers.clutch.model import (
     SIDES,
     VERTICES,
@@ -150,8 +150,8 @@ def build_contact_inputs(clutch: ClutchFile, shape: str = PAPERS) -> Inputs:
     linkage = CrankLinkage.from_lengths(clutch.linkage)
     linkage.check(travel, f"{clutch.source}: linkage.rod_mm")
     drive = drive_link(values, linkage.rotation(travel))
-    shaft = build_beam(si, shape)
-    bending = {"shaft_mass": shaft.mass, "shaft_stiffness": shaft.stiffness}
+    mode = build_engagement(si, shape)
+    bending = {"shaft_mass": mode["M_1"], "shaft_stiffness": mode["K_1"]}
     share = si("contact.shaft_damping")
     width = load_model().at("polygon", a=values["a"])["R"]
     return {

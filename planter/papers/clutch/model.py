@@ -52,11 +52,6 @@ def collect_values(clutch: ClutchFile) -> dict[str, float]:
     }
 
 
-def pack_crank(values: Mapping[str, float]) -> list[float]:
-    """Return the lengths of crank, rod and engaged distance [m] as the formulas take them."""
-    return [values["l_AB"], values["l_BC"], values["l_AC"]]
-
-
 def evaluate_conditions(
     values: Mapping[str, float], name: Model = "exact"
 ) -> list[InequalityResult]:
@@ -66,8 +61,7 @@ def evaluate_conditions(
     `share` is the margin over the bounded value.
     """
     formulas_ = load_model(name)
-    packed = [values[entry["name"]] for entry in formulas_.sidecar["vectors"]["clutch"]]
-    margins = formulas_.at("conditions", clutch=packed)
+    margins = formulas_.pick("conditions", values)
     rows = formulas_.sidecar["vectors"]["conditions"]
     return [
         build_condition(
@@ -167,39 +161,38 @@ def _tooth(values: dict[str, float]) -> ToothResult:
     )
 
 
-def least_travel(values: dict[str, float], angle: float, name: Model = "exact") -> float:
+def least_travel(values: Mapping[str, float], angle: float, name: Model = "exact") -> float:
     """Return the least travel of the sleeve [m] at an axial angle [rad]: (4)."""
-    at = {key: values[key] for key in ("a", "mu", "F1", "F2")}
-    return load_model(name).at("travel", phi=angle, **at)["c_min"]
+    return load_model(name).pick("travel", {**values, "phi": angle})["c_min"]
 
 
 def _travel(clutch: ClutchFile, values: dict[str, float]) -> list[Travel]:
-    return [
-        Travel(
-            axial_angle_deg=angle,
-            printed_mm=least_travel(values, math.radians(angle), "printed") * 1e3,
-            exact_mm=least_travel(values, math.radians(angle), "exact") * 1e3,
+    rows = []
+    for angle in clutch.levels.axial_angles_deg:
+        printed, exact = (
+            least_travel(values, math.radians(angle), name) * 1e3 for name in ("printed", "exact")
         )
-        for angle in clutch.levels.axial_angles_deg
-    ]
+        rows.append(Travel(axial_angle_deg=angle, printed_mm=printed, exact_mm=exact))
+    return rows
 
 
 def _linkage(clutch: ClutchFile, values: dict[str, float]) -> Iterator[tuple[Crank, str | None]]:
-    """Rotation of the crank for the printed travel, with the rod that belongs to it; else why it
-    does not get there.
+    """Yield the rotation of the crank for the printed travel, with the rod that belongs to it; else
+    why it does not get there.
     """
-    for index, (angle, rod) in enumerate(
-        zip(clutch.levels.axial_angles_deg, clutch.levels.rods_mm, strict=True)
-    ):
+    levels = clutch.levels
+    for index, (angle, rod) in enumerate(zip(levels.axial_angles_deg, levels.rods_mm, strict=True)):
         way = least_travel(values, math.radians(angle), "printed")
         linkage = CrankLinkage(values["l_AB"], rod * 1e-3, values["l_AC"])
-        unreached = Crank(angle, None, rod, None, None, None)
         try:
             linkage.check(way, f"{clutch.source}: levels.rods_mm[{index}]")
         except GeometryError as error:
-            yield unreached, error.message
-        else:
-            yield _turned(unreached, linkage, way, values), None
+            yield Crank(angle, None, rod, None, None), error.message
+            continue
+        limit = load_model().pick("limit", {**values, "l_BC": linkage.rod, "c": way})
+        lift = drive_link(values, limit["theta_Amax"])["lift"]
+        turned = math.degrees(limit["theta_Amax"])
+        yield Crank(angle, turned, rod, math.degrees(lift), limit["n"]), None
 
 
 def control_motion(clutch: ClutchFile, values: dict[str, float]) -> dict[str, float] | None:
@@ -213,7 +206,7 @@ def control_motion(clutch: ClutchFile, values: dict[str, float]) -> dict[str, fl
     way = clutch.si("sleeve.travel_mm")
     if not linkage.makes(way):
         return None
-    limit = load_model().at("limit", crank=linkage.packed, c=way, r_A=values["r_A"], m=values["m"])
+    limit = load_model().pick("limit", {**values, "c": way})
     drive = drive_link(values, limit["theta_Amax"])
     return {"rotation": limit["theta_Amax"], "n": limit["n"], **drive}
 
@@ -221,26 +214,7 @@ def control_motion(clutch: ClutchFile, values: dict[str, float]) -> dict[str, fl
 def drive_link(values: dict[str, float], rotation: float) -> dict[str, float]:
     """Return lift and inclination of the link for a rotation of the crank, and the pitch radii."""
     span = values["r_A"] + values["r_D"]
-    return load_model().at(
-        "drive", k=values["k"], span=span, gamma=values["gamma"], theta_Amax=rotation
-    )
-
-
-def _turned(unreached: Crank, linkage: CrankLinkage, way: float, values: dict[str, float]) -> Crank:
-    rotation = linkage.rotation(way)
-    teeth, printed = (
-        load_model(name).at("limit", crank=linkage.packed, c=way, r_A=values["r_A"], m=values["m"])[
-            "n"
-        ]
-        for name in MODELS
-    )
-    return replace(
-        unreached,
-        crank_rotation_deg=math.degrees(rotation),
-        link_lift_deg=math.degrees(drive_link(values, rotation)["lift"]),
-        teeth=teeth,
-        printed_teeth=printed,
-    )
+    return load_model().pick("drive", {**values, "span": span, "theta_Amax": rotation})
 
 
 @dataclass(frozen=True)
@@ -262,16 +236,10 @@ class CrankLinkage:
     def packed(self) -> list[float]:
         return [self.crank, self.rod, self.distance]
 
-    def closes(self, shift: float = 0.0) -> bool:
-        """Return whether crank and rod meet while the sleeve is shifted from its engaged position
-        [m].
-        """
-        pin = self.distance + shift
-        return abs(self.crank - self.rod) < pin < self.crank + self.rod
-
     def makes(self, travel: float) -> bool:
         """Return whether crank and rod meet from end to end of a travel [m]."""
-        return self.closes() and self.closes(travel)
+        low, high = abs(self.crank - self.rod), self.crank + self.rod
+        return all(low < pin < high for pin in (self.distance, self.distance + travel))
 
     def check(self, travel: float, where: str) -> None:
         """Raise GeometryError, naming the position of the rod in its file, unless the linkage makes

@@ -29,15 +29,13 @@ from planter.papers.clutch.rotor import Rotor
 from planter.report import files
 from planter.report.animation import MotionBlock
 from planter.report.html import Items, Section, Table, Text
-from planter.report.labels import format_name
-from planter.report.names import load_names
+from planter.report.labels import format_name, load_names
 from planter.report.presentation import (
     ModelAssumptions,
     ResultPresentation,
     describe_violations,
+    list_record_sections,
 )
-from planter.report.record_sections import list_record_sections
-from planter.version import __version__
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -369,7 +367,7 @@ def present_field_test(evaluation: FieldEvaluation) -> ResultPresentation:
             for name, table in tables.items()
         },
         provenance={
-            "planter": __version__,
+            **files.list_versions(),
             "data_sha256": hashlib.sha256(repr(values).encode("utf-8")).hexdigest(),
         },
     )

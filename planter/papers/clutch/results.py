@@ -91,7 +91,6 @@ class Crank(Record):
     rod_mm: float
     link_lift_deg: float | None
     teeth: float | None
-    printed_teeth: float | None
 
 
 @dataclass(frozen=True)

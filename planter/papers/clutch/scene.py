@@ -14,7 +14,6 @@ from planter.papers.clutch.model import SIDES, VERTICES, CrankLinkage, collect_v
 from planter.papers.clutch.rotor import Rotor, body_outline, polygon_outline
 from planter.report import style
 from planter.report.animation import draw_stills
-from planter.report.curves import Panel, Points, draw_panels
 from planter.report.scene import Body, Curve, Event, Label, Outline, Point, Scene, refine_places
 from planter.report.sheet import (
     Angle,
@@ -25,6 +24,7 @@ from planter.report.sheet import (
     build_still_scene,
     direction_angle,
 )
+from planter.report.style import Panel, Points, draw_panels
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -403,15 +403,16 @@ def draw_sensitivity(rows: Sequence[ContactLoadSensitivity], loads: Mapping[str,
 
 def draw_modal_load(si: Si, shape: str) -> dict[str, Figure]:
     """Draw the load on the tooth in one mode, derived and as printed, until contact is lost."""
-    from planter.papers.clutch.modal_engagement import build_engagement, printed_extremes
+    from planter.papers.clutch import modal_engagement as modal
 
-    engagement = build_engagement(si, shape)
-    extremes = {"exact": engagement.extremes, "printed": printed_extremes(engagement)}
+    engagement = modal.build_engagement(si, shape)
+    struck = [engagement[name] for name in formulas.load(modal.MODEL).entries("struck")]
     curves = {}
-    for name, at in extremes.items():
+    for name, model in (("exact", modal.MODEL), ("printed", modal.PRINTED)):
+        at = modal.find_extremes(engagement, model)
         time = np.linspace(0, at["t_loss"], 241)
-        rates = {"B1": at["B1"], "B2": at["B2"], "struck": engagement.struck.packed}
-        curves[name] = 1e6 * time, formulas.load("clutch_beam")("motion", t=time, **rates)["N"]
+        rates = {"B1": at["B1"], "B2": at["B2"], "struck": struck}
+        curves[name] = 1e6 * time, formulas.load(modal.MODEL)("motion", t=time, **rates)["N"]
     panel = Panel("load on the tooth / N", curves, level=0)
     return {"modal": draw_panels([panel], "time since contact / μs")}
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING
 
-from planter.report.names import load_names
+from planter.report.labels import load_names
 from planter.report.subject import (
     Control,
     DetailTable,
@@ -72,7 +72,7 @@ class ReuleauxClutch:
         """Return the single numbers of the shape, teeth and travel, and the loads of an engagement
         in one mode.
         """
-        from planter.papers.clutch.modal_engagement import build_engagement
+        from planter.papers.clutch.modal_engagement import build_engagement, find_extremes
         from planter.papers.clutch.model import (
             collect_values,
             compute_geometry,
@@ -84,7 +84,7 @@ class ReuleauxClutch:
         numbers, shape, loads = (
             collect_values(clutch),
             compute_geometry(clutch),
-            build_engagement(clutch.si).extremes,
+            find_extremes(build_engagement(clutch.si)),
         )
         control = control_motion(clutch, numbers) or {}
         angles = {

@@ -83,8 +83,8 @@ def size_clutch(clutch: ClutchFile) -> Sizing:
     Raises ComputationError if no hexagon or no rod exists.
     """
     values = compute_sizes(clutch)
-    gears = {name: values[name] for name in ("k", "gamma")}
-    rotation = load_model().at("gears", alpha=clutch.si("lift_limit_deg"), **gears)["theta_AR"]
+    lift = clutch.si("lift_limit_deg")
+    rotation = load_model().pick("gears", {**values, "alpha": lift})["theta_AR"]
     linkage = find_linkages(values["l_AB"], values["l_AC"], values["c"], rotation)[0]
     ends = np.array([0.0, values["c"]])
     push = load_model()(
@@ -130,21 +130,20 @@ def compute_sizes(clutch: ClutchFile) -> dict[str, float]:
     model = load_model()
     values = collect_values(clutch) | {"c": clutch.si("wanted_travel_mm")}
     travel, length, wall = values["c"], values["d"], clutch.si("wall_mm")
-    values |= model.at("fillet", flats=values["flats"])
-    values |= model.at("teeth", flats=values["flats"], r=values["r"])
-    values |= model.at("body", b2=values["b2"], wall=wall, d=length, c=travel)
+    values |= model.pick("fillet", values)
+    values |= model.pick("teeth", values)
+    values |= model.pick("body", {**values, "wall": wall})
     if values["a"] <= 0:
         raise ComputationError(
             f"no hexagon is large enough: over a body of {length * 1e3:.4g} mm a taper for a "
             f"travel of {travel * 1e3:.4g} mm takes off more than there is; the body must be "
             "shorter or the travel longer"
         )
-    values |= model.at("angle", a=values["a"], c=travel)
+    values |= model.pick("angle", values)
     values["R2"] = values["b2"] + wall
-    values |= model.at("taper", R2=values["R2"], d=length, phi=values["phi"])
+    values |= model.pick("taper", values)
     values["R"] = model.at("polygon", a=values["a"])["R"]
-    sleeve = {name: values[name] for name in ("a", "phi", "mu", "F1", "F2")}
-    return values | {"F_N": model.at("travel", **sleeve)["F_N"]}
+    return values | {"F_N": model.pick("travel", values)["F_N"]}
 
 
 SIZES = {

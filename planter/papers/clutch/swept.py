@@ -1,5 +1,5 @@
-"""Adapter of clutches for sweeps and tolerances (`planter.rows.tolerance.adapter`)."""
+"""Adapter of clutches for sweeps and tolerances (`planter.rows.adapter`)."""
 
-from planter.rows.tolerance.adapter import FileAdapter
+from planter.rows.adapter import MachineAdapter
 
-ADAPTER = FileAdapter(__package__, "load_clutch")
+ADAPTER = MachineAdapter(__package__, "load_clutch")

@@ -11,8 +11,14 @@ import typer
 
 from planter.errors import InputError
 from planter.report.console import Console
-from planter.report.options import JsonOption, OutOption, SetOption, parse_changes, refuse_unused
-from planter.report.writing import writes_files
+from planter.report.options import (
+    JsonOption,
+    OutOption,
+    SetOption,
+    parse_changes,
+    refuse_unused,
+    writes_files,
+)
 
 PosesArgument = Annotated[
     str,

@@ -15,15 +15,7 @@ from planter.errors import InputError
 from planter.files import csv_rows, examples
 from planter.kernels import Array
 from planter.numerics.arrays import MAX_GAP_RATIO, TURN, find_gap
-from planter.numerics.extrema import index_first_extremum
-
-
-@dataclass(frozen=True)
-class SlopeExtreme:
-    """An extreme of the slope [-] and its carrier angle [rad]."""
-
-    value: float
-    angle: float
+from planter.numerics.extrema import ExtremePoint, index_first_extremum
 
 
 @dataclass(frozen=True)
@@ -59,9 +51,9 @@ class AngleCurve:
         return np.array(list(orders)) + uniform
 
     @cached_property
-    def extremes(self) -> tuple[SlopeExtreme, SlopeExtreme]:
-        """Least and largest slope, the first of equal ones: parabolas have them at the points or at
-        a vertex.
+    def extremes(self) -> tuple[ExtremePoint, ExtremePoint]:
+        """Least and largest slope [-] with their carrier angles [rad], the first of equal ones:
+        parabolas have them at the points or at a vertex.
         """
         starts, widths = self.carrier[:-1], np.diff(self.carrier)
         slope, first, second = self.slopes(starts)
@@ -72,8 +64,8 @@ class AngleCurve:
         values = np.concatenate([slope, slope + first * inside + second * inside**2 / 2])
         low, high = (index_first_extremum(angles, values, sign) for sign in (-1, 1))
         return (
-            SlopeExtreme(float(values[low]), float(angles[low])),
-            SlopeExtreme(float(values[high]), float(angles[high])),
+            ExtremePoint(float(angles[low]), float(values[low])),
+            ExtremePoint(float(angles[high]), float(values[high])),
         )
 
     @property
@@ -87,7 +79,7 @@ class AngleCurve:
         )
         slope = self.slopes(theta)[0]
         stopped = np.flatnonzero(slope <= 0)
-        return float(theta[stopped[0]]) if len(stopped) else self.extremes[0].angle
+        return float(theta[stopped[0]]) if len(stopped) else self.extremes[0].place
 
 
 def unwrap_rotations(relative: Array, sense: int = -1) -> Array:

@@ -49,6 +49,7 @@ FOLLOWER = {
     "Y_f": ("m", "moving hinge of the follower, y"),
     "transmission": ("rad", "angle between coupler and follower, at most a right one"),
 }
+MEMBERS = ("the first driver", "the first follower", "the second driver", "the second follower")
 GEARS = {
     "slope": (
         "1",
@@ -60,21 +61,10 @@ GEARS = {
     ),
     "i1": ("1", "ratio of the first pair of gears"),
     "i2": ("1", "ratio of the second pair of gears"),
-    **{
-        f"r{k}": ("m", f"pitch radius of {gear}")
-        for k, gear in enumerate(
-            ("the first driver", "the first follower", "the second driver", "the second follower"),
-            1,
-        )
-    },
-    **{
-        f"kappa{k}": ("1/m", f"curvature of the pitch curve of {gear}, positive where convex")
-        for k, gear in enumerate(
-            ("the first driver", "the first follower", "the second driver", "the second follower"),
-            1,
-        )
-    },
 }
+GEARS |= {f"r{k}": ("m", f"pitch radius of {gear}") for k, gear in enumerate(MEMBERS, 1)}
+CONVEX = "curvature of the pitch curve of {}, positive where convex"
+GEARS |= {f"kappa{k}": ("1/m", CONVEX.format(gear)) for k, gear in enumerate(MEMBERS, 1)}
 VECTORS = {"tip_speed": ("v1", "v2")}
 
 

@@ -5,10 +5,8 @@ folders contain.
 from __future__ import annotations
 
 import hashlib
-import platform
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from functools import partial
-from importlib import metadata
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,11 +16,8 @@ from planter.papers.mapping import model, scene
 from planter.papers.mapping.train import GEARS, polar_curves
 from planter.report import files
 from planter.report.animation import MotionBlock
-from planter.report.labels import count_things
-from planter.report.names import load_names
-from planter.report.presentation import ModelAssumptions, ResultPresentation
-from planter.report.record_sections import list_record_sections
-from planter.version import __version__
+from planter.report.labels import count_things, load_names
+from planter.report.presentation import ModelAssumptions, ResultPresentation, list_record_sections
 
 if TYPE_CHECKING:
     from planter.kernels import Array
@@ -39,6 +34,7 @@ CAPTIONS = {
     "pitch_curves": "Pitch curves in mesh on the carrier, at the first carrier angle of the curve.",
     "tip_path": ("Path of the tip as the gears drive it, and the poses."),
 }
+LINKAGE = "Linkage of dyads {} and {} with the poses and the path of the tip on each circuit."
 NAMES = load_names(__package__).with_symbols()
 Columns = Mapping[str, Mapping[str, "Array"]]
 
@@ -65,14 +61,8 @@ def present_synthesis(synthesis: Synthesis) -> ResultPresentation:
             for motion in scene.build_linkage_scenes(linkage, synthesis.poses).values()
         ],
         figures=lambda: scene.draw_synthesis(synthesis),
-        captions={
-            "linkage_{}_{}".format(
-                *linkage.dyads
-            ): "Linkage of dyads {} and {} with the poses and the path of the tip on "
-            "each circuit.".format(*linkage.dyads)
-            for linkage in result.linkages
-        }
-        | CAPTIONS,
+        captions=CAPTIONS
+        | {f"linkage_{i}_{j}": LINKAGE.format(i, j) for i, j in (x.dyads for x in result.linkages)},
         tables=partial(_tabulate_paths, synthesis),
         comments=files.list_comments(synthesis.file, "poses"),
     )
@@ -80,7 +70,7 @@ def present_synthesis(synthesis: Synthesis) -> ResultPresentation:
 
 def present_train(training: Training, source: str) -> ResultPresentation:
     """Return the presentation of a gear train for the angle curve of the file `source`."""
-    result, provenance = training.result, dict(_list_sources(training, source))
+    result, provenance = training.result, _list_sources(training, source)
     moving = scene.build_train_scene(training)
     title = f"Non-circular gear train of {source}"
     return ResultPresentation(
@@ -170,16 +160,14 @@ def _tabulate_pitch_curves(training: Training) -> dict[str, Array]:
     return columns
 
 
-def _list_sources(training: Training, source: str) -> Iterator[tuple[str, Any]]:
-    """Yield what repeats the run: versions, options, a hash of the points."""
+def _list_sources(training: Training, source: str) -> dict[str, Any]:
+    """Return what repeats the run: versions, options, a hash of the points."""
     curve = training.train.curve
-    yield "planter", __version__
-    yield from ((name, metadata.version(name)) for name in ("casadi", "numpy", "scipy"))
-    yield "python", platform.python_version()
-    yield "curve", source
-    yield (
-        "curve_sha256",
-        hashlib.sha256(np.array([curve.carrier, curve.relative]).tobytes()).hexdigest(),
-    )
-    yield "centre_distance_mm", training.train.distance * 1e3
-    yield "crank_mm", None if training.crank is None else training.crank * 1e3
+    points = np.array([curve.carrier, curve.relative])
+    return {
+        **files.list_versions(),
+        "curve": source,
+        "curve_sha256": hashlib.sha256(points.tobytes()).hexdigest(),
+        "centre_distance_mm": training.train.distance * 1e3,
+        "crank_mm": None if training.crank is None else training.crank * 1e3,
+    }

@@ -12,10 +12,10 @@ from planter.papers.mapping import model
 from planter.papers.mapping.synthesis import Linkage, Synthesis
 from planter.papers.mapping.train import Training, polar_curves
 from planter.report.animation import draw_stills
-from planter.report.curves import Panel, Points, draw_panels
 from planter.report.scene import Body, Curve, Event, Outline, Point, Scene, refine_places
 from planter.report.sheet import Angle, Length, Mark, Sheet, Spot, build_still_scene
 from planter.report.sheet import direction_angle as direction
+from planter.report.style import Panel, Points, draw_panels
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING
 
-from planter.report.names import load_names
+from planter.report.labels import load_names
 from planter.report.subject import (
     Control,
     DetailTable,

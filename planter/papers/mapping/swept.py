@@ -1,7 +1,7 @@
 """Sweeps and tolerances of linkages and gear trains of poses: `ADAPTER`, as
-`planter.rows.tolerance.adapter` has it.
+`planter.rows.adapter` has it.
 """
 
-from planter.rows.tolerance.adapter import FileAdapter
+from planter.rows.adapter import MachineAdapter
 
-ADAPTER = FileAdapter(__package__, "load_poses")
+ADAPTER = MachineAdapter(__package__, "load_poses")

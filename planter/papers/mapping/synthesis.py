@@ -164,10 +164,8 @@ def _pair(poses: Array, dyads: Sequence[Dyad]) -> list[Linkage]:
     return linkages
 
 
-def _carrier(poses: Array, dyads: Sequence[Dyad], number: int) -> Dyad | None:
-    """Return the dyad of a number; None if no dyad is real, or if its moving hinge stands still."""
-    if not dyads and number == 1:
-        return None
+def choose_dyad(dyads: Sequence[Dyad], number: int) -> Dyad:
+    """Return the dyad of a number, counted by radius. Raises InputError if there is none."""
     if not 1 <= number <= len(dyads):
         allowed = (
             f"from 1 to {len(dyads)}, the number of real dyads"
@@ -175,7 +173,14 @@ def _carrier(poses: Array, dyads: Sequence[Dyad], number: int) -> Dyad | None:
             else "left out: there is no real dyad"
         )
         raise InputError(f"--carrier {number} is not a dyad: the number must be {allowed}")
-    dyad = dyads[number - 1]
+    return dyads[number - 1]
+
+
+def _carrier(poses: Array, dyads: Sequence[Dyad], number: int) -> Dyad | None:
+    """Return the dyad of a number; None if no dyad is real, or if its moving hinge stands still."""
+    if not dyads and number == 1:
+        return None
+    dyad = choose_dyad(dyads, number)
     return dyad if dyad.radius > _POINT * Scale.from_poses(poses).size else None
 
 
@@ -326,7 +331,7 @@ def describe_slopes(curve: AngleCurve) -> dict[str, Any]:
     return {
         "monotone": curve.monotone,
         "slope_min": lowest.value,
-        "slope_min_at_deg": math.degrees(lowest.angle % TURN),
+        "slope_min_at_deg": math.degrees(lowest.place % TURN),
         "slope_max": largest.value,
-        "slope_max_at_deg": math.degrees(largest.angle % TURN),
+        "slope_max_at_deg": math.degrees(largest.place % TURN),
     }

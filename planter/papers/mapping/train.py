@@ -16,7 +16,7 @@ from functools import cached_property
 
 import numpy as np
 
-from planter.errors import ComputationError, GeometryError, InputError
+from planter.errors import ComputationError, GeometryError
 from planter.kernels import Array
 from planter.numerics import piecewise
 from planter.numerics.arrays import TURN, to_degrees
@@ -26,7 +26,7 @@ from planter.papers.mapping.dyads import Dyad, distinct, solve_dyads
 from planter.papers.mapping.file import PoseFile
 from planter.papers.mapping.nearest import find_misses
 from planter.papers.mapping.results import Missed, TrainFound, TrainWarning
-from planter.papers.mapping.synthesis import describe_slopes, to_four
+from planter.papers.mapping.synthesis import choose_dyad, describe_slopes, to_four
 
 GEARS = ("driver 1", "follower 1", "driver 2", "follower 2")
 RADII = ("r1", "r2", "r3", "r4")
@@ -51,7 +51,7 @@ class Train:
     def __post_init__(self) -> None:
         lowest = self.curve.extremes[0]
         if lowest.value <= 0:
-            at, worst = np.degrees(self.curve.find_zero_slope()), np.degrees(lowest.angle)
+            at, worst = np.degrees(self.curve.find_zero_slope()), np.degrees(lowest.place)
             raise ComputationError(
                 f"the slope of the angle curve reaches zero at carrier angle {at:.6g} deg, where "
                 f"the gears would stand still and turn back (least slope {lowest.value:.6g} at "
@@ -83,7 +83,7 @@ class Train:
         """
         knots = self.curve.carrier
         dense = knots[0] + TURN * np.arange(round(TURN / _PANEL)) / round(TURN / _PANEL)
-        low = self.curve.extremes[0].angle
+        low = self.curve.extremes[0].place
         graded = _PANEL * 0.5 ** np.arange(24)
         inside = np.concatenate([knots, dense, low - graded, low + graded])
         inside = inside[(inside >= knots[0]) & (inside <= knots[-1])]
@@ -233,14 +233,14 @@ def _sense(train: Train) -> Iterator[TrainWarning]:
 def _ratios(train: Train) -> Iterator[TrainWarning]:
     """Ratios that leave one gear of a stage a small pitch radius."""
     for extreme in train.curve.extremes:
-        at = train.gears(np.array([extreme.angle]))
+        at = train.gears(np.array([extreme.place]))
         stages = [float(at[name][0]) for name in ("i1", "i2")]
         if max(*stages, *(1 / stage for stage in stages)) >= MOST_RATIO:
             radii = {gear: float(at[f"r{k}"][0]) for k, gear in enumerate(GEARS, 1)}
             gear = min(radii, key=lambda gear: radii[gear])
             yield _warning(
                 "ratio",
-                extreme.angle,
+                extreme.place,
                 f"the total ratio is {float(at['i'][0]):.4g} (stages {stages[0]:.4g} and "
                 f"{stages[1]:.4g})",
                 f": the pitch radius of {gear} is only {radii[gear] * _MM:.4g} mm of "
@@ -331,12 +331,7 @@ def _carrier(file: PoseFile, number: int) -> Dyad:
     if file.carrier_dyad is not None and number == 1:
         return file.carrier_dyad
     dyads = solve_dyads(file.poses).dyads if len(distinct(file.poses)) > 1 else []
-    if not 1 <= number <= len(dyads):
-        raise InputError(
-            f"--carrier {number}: {file.source} has {len(dyads)} real dyads; choose one of these "
-            f"numbers"
-        )
-    return dyads[number - 1]
+    return choose_dyad(dyads, number)
 
 
 def _result(train: Train, bend: float | None, missed: list[Missed]) -> TrainFound:

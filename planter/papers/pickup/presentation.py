@@ -18,8 +18,8 @@ from planter.report.presentation import (
     ModelAssumptions,
     ResultPresentation,
     describe_violations,
+    list_record_sections,
 )
-from planter.report.record_sections import list_record_sections
 
 if TYPE_CHECKING:
     from planter.kernels import Array

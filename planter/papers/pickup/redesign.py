@@ -122,25 +122,11 @@ def build_nodes(train: PickupTrain, value_points: int) -> LawNodes:
     return LawNodes(train.law, np.concatenate([[first], inside, [last]]))
 
 
-@dataclass(frozen=True)
-class SampledChain:
-    """Symbols at sample angles (m,): arm, slopes, place and needle in the cell's frame, curvatures,
-    all CasADi.
-    """
-
-    arm: ca.MX
-    slopes: ca.MX
-    depth: ca.MX
-    across: ca.MX
-    tilt: ca.MX
-    curvatures: ca.MX
-
-
 def sample_chain(
     train: PickupTrain, at: LawNodes, v: ca.MX, t: Array, axis: float, entry: float
-) -> SampledChain:
-    """The chain over samples: law, tip, cell's frame and pitch curves as functions of the variables
-    `v`.
+) -> dict[str, ca.MX]:
+    """Return the chain at sample angles (m,) as functions of the variables `v`: arm, slopes, depth,
+    place across and tilt of the needle in the cell's frame, curvatures of the pitch curves.
     """
     model, count = load(MODEL), len(t)
     parts = [_product(at.rows(t, order), v) for order in range(4)]
@@ -161,14 +147,14 @@ def sample_chain(
         slopes, ca.DM(t).T, parts[0].T - np.pi, train.geometry.a1 * ones
     )
     bends = [pitch[model.outputs("pitch").index(name), :].T for name in ("kappa1", "kappa2")]
-    return SampledChain(
-        parts[0],
-        slopes,
-        cell[0, :].T + entry,
-        cell[1, :].T,
-        ca.DM(t) - parts[0] + np.pi,
-        ca.horzcat(*bends),
-    )
+    return {
+        "arm": parts[0],
+        "slopes": slopes,
+        "depth": cell[0, :].T + entry,
+        "across": cell[1, :].T,
+        "tilt": ca.DM(t) - parts[0] + np.pi,
+        "curvatures": ca.horzcat(*bends),
+    }
 
 
 def _product(rows: tuple[Array, Array], v: ca.MX) -> ca.MX:
@@ -377,15 +363,16 @@ class LeastChange:
             ca.vertcat(*self._angles(v, slack[0])),
             ca.vertcat(*(part + slack[1] for part in self._straight(now, t, tilted))),
             ca.vertcat(*(part + slack[2] for part in self._clear(now, t, cell))),
-            (now.slopes[0, :].T - LEAST_SLOPE - self.reserve["slope on the teeth"]) * 10 + slack[3],
-            ca.vec(now.curvatures) / 10
+            (now["slopes"][0, :].T - LEAST_SLOPE - self.reserve["slope on the teeth"]) * 10
+            + slack[3],
+            ca.vec(now["curvatures"]) / 10
             - (LEAST_CURVATURE / 10 + self.reserve["pitch curves convex"])
             + slack[4],
         ]
-        moved = (now.arm - ca.DM(self.train.law.arm(t))) * (
+        moved = (now["arm"] - ca.DM(self.train.law.arm(t))) * (
             self.train.geometry.L2 * 1000 / MOVED_MM
         )
-        bent = (now.slopes[2, :].T - ca.DM(self.train.law.slopes(t)[2])) / BENT
+        bent = (now["slopes"][2, :].T - ca.DM(self.train.law.slopes(t)[2])) / BENT
         objective = (ca.sumsqr(moved) + ca.sumsqr(bent)) / SAMPLES + PENALTY * ca.sum1(slack)
         return objective, margins, self._row(v, 0.0, 0) - np.pi
 
@@ -409,14 +396,14 @@ class LeastChange:
         upper_margins = [(target + tolerance) - turned for target, tolerance in bands]
         return [band - reserve + slack for band in (*lower_margins, *upper_margins)]
 
-    def _straight(self, now: SampledChain, t: Array, tilted: ca.MX) -> list[ca.MX]:
+    def _straight(self, now: dict[str, ca.MX], t: Array, tilted: ca.MX) -> list[ca.MX]:
         """The path into the cell keeps to a line through the pick, over the length that must be
         straight [mm].
         """
         targets = self.machine.targets
         i = np.flatnonzero((t <= 0) & (t > -NEAR_PICK)).tolist()
-        back = self.machine.si("targets.entry_depth_mm") - now.depth[i]
-        deviation = now.across[i] - tilted * back
+        back = self.machine.si("targets.entry_depth_mm") - now["depth"][i]
+        deviation = now["across"][i] - tilted * back
         beyond = ca.fmax(back * 1000 - targets.straight_entry_mm - 2, 0)
         clearance = (
             STRAIGHT_SHARE * targets.straightness_mm
@@ -425,12 +412,12 @@ class LeastChange:
         )
         return [clearance - deviation * 1000, clearance + deviation * 1000]
 
-    def _clear(self, now: SampledChain, t: Array, cell: Cell) -> list[ca.MX]:
+    def _clear(self, now: dict[str, ca.MX], t: Array, cell: Cell) -> list[ca.MX]:
         """The needle's tip and its edges at the surface stay within the cell, which widens above
         the tray [mm].
         """
         i = np.flatnonzero(np.abs(t) < NEAR_PICK).tolist()
-        depths, across, tilt = now.depth[i], now.across[i], now.tilt[i]
+        depths, across, tilt = now["depth"][i], now["across"][i], now["tilt"][i]
         clear = self.machine.si("targets.clearance_mm") + self.reserve["needle to tray"] / 1000
         taper = (cell.top - cell.bottom) / 2 / cell.depth
         needle = load(NEEDLE).function("needle").map(len(i))

@@ -16,7 +16,6 @@ from planter.papers.pickup.law import NEEDLE
 from planter.papers.pickup.model import PickupTrain
 from planter.papers.pickup.requirements import Cell, CellEntry, find_push
 from planter.report.animation import draw_stills
-from planter.report.curves import Panel, Points, draw_panels
 from planter.report.scene import Body, Curve, Event, Outline, Point, Scene, refine_places
 from planter.report.sheet import (
     Angle,
@@ -27,6 +26,7 @@ from planter.report.sheet import (
     build_still_scene,
     direction_angle,
 )
+from planter.report.style import Panel, Points, draw_panels
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

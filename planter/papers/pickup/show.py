@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from planter.report.names import load_names
+from planter.report.labels import load_names
 from planter.report.subject import (
     Control,
     DetailTable,

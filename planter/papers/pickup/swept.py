@@ -1,5 +1,5 @@
-"""Adapter of pick-ups for sweeps and tolerances (`planter.rows.tolerance.adapter`)."""
+"""Adapter of pick-ups for sweeps and tolerances (`planter.rows.adapter`)."""
 
-from planter.rows.tolerance.adapter import FileAdapter
+from planter.rows.adapter import MachineAdapter
 
-ADAPTER = FileAdapter(__package__, "load_pickup")
+ADAPTER = MachineAdapter(__package__, "load_pickup")

@@ -26,7 +26,7 @@ from planter.papers.planting.design_summary import DesignTurn, summarise_turn
 from planter.papers.planting.file import PlantingMachine
 from planter.papers.planting.functions import MODELS, Model
 from planter.papers.planting.model import Device
-from planter.papers.planting.objective import evaluate_true_extremes, read_weights
+from planter.papers.planting.objective import evaluate_true_extremes
 from planter.papers.planting.requirements import evaluate_device_requirements
 from planter.papers.planting.results import (
     CentreDistances,
@@ -111,7 +111,7 @@ class DeviceExtension(MachineExtension):
             weight_N=device.weight,
             centre_distance_mm=CentreDistances(*distances_mm.tolist()),
             support_force=sampled,
-            objective=read_weights(device.machine).value(sampled.range_N, sampled.variance_N2),
+            objective=device.machine.objective.value(sampled.range_N, sampled.variance_N2),
             refined=refined,
             requirements=self.requirements,
             lifted=effects,

@@ -257,14 +257,6 @@ def build_segment_kernel(f: ca.Function) -> Kernel:
 
 MOVING = ("x_tip", "x_tip_machine", "y_tip", "alpha", "theta1", "x_B1", "y_B1", "t1", "t2")
 NOZZLE = formulas.load("planting_nozzle")
-QUANTITIES = (
-    "height",
-    "tilt",
-    "ground_intersection",
-    "clearance",
-    "nozzle_distance",
-    "squared_distance",
-)
 DISTANCE_EPS = 1e-9
 """Regularises a distance d at zero: sqrt(d^2 + eps^2) [m]."""
 SIDE_OFFSET = float(np.pi)
@@ -272,8 +264,8 @@ SIDE_OFFSET = float(np.pi)
 
 
 class NozzleMotion:
-    """Functions of (phi, z), z = (x, c, h) stacked: tip, tilt and the distances in the
-    requirements.
+    """Functions of (phi, z, more), z = (x, c, h) stacked, each with first and second derivative in
+    phi: tip, tilt and the distances in the requirements, and where gears touch.
     """
 
     def __init__(self, device: Device) -> None:
@@ -282,126 +274,80 @@ class NozzleMotion:
         self.z = ca.vertcat(x, c, h)
         names = [entry["name"] for entry in device.sidecar["vectors"]["side"]]
         constants = [entry["name"] for entry in device.sidecar["vectors"]["machine"]]
-        self.c = dict(zip(constants, ca.vertsplit(c), strict=True))
+        self._constants = dict(zip(constants, ca.vertsplit(c), strict=True))
         side = functions.side(self.phi)
         moving = ca.vertcat(*(side[names.index(name)] for name in MOVING))
         self._side = ca.Function("one", [self.phi, self.z], [moving])
+        self._kernels: dict[str, Kernel] = {}
 
-    def at(self, phi: ca.SX) -> dict[str, ca.SX]:
+    def _locate(self, phi: ca.SX) -> dict[str, ca.SX]:
         """Return the quantities of `MOVING`, and `tilt` from the vertical, at a carrier angle."""
         quantities = dict(zip(MOVING, ca.vertsplit(self._side(phi, self.z)), strict=True))
-        return quantities | {
-            "tilt": NOZZLE.composed("axis", quantities | {"soil": ca.SX(0)})["tilt"]
+        tilt = NOZZLE.composed("axis", quantities | {"soil": ca.SX(0)})["tilt"]
+        return quantities | {"tilt": tilt}
+
+    @cached_property
+    def _functions(self) -> dict[str, ca.Function]:
+        """The functions by name, lengths in m, angles in rad.
+
+        `ground_intersection` is where over ground the nozzle's axis meets the level of the soil,
+        `clearance` the least horizontal distance of a nozzle half, as far as it is lower than the
+        seedling's `top`, from the axis of the `plant`, `squared_distance` that of the tip from a
+        point in the machine's frame, and `nozzle_distance` that of the nozzles' axes, funnel to
+        tip, in their plane: if these cross, the negative of the shortest displacement that
+        separates them.
+        """
+        at, phi = self._locate(self.phi), self.phi
+        soil, plant, top = (ca.SX.sym(name) for name in ("soil", "plant", "top"))
+        x, y = ca.SX.sym("x"), ca.SX.sym("y")
+        half = self._constants | at | {"plant": plant, "top": top, "hair": DISTANCE_EPS}
+        squared = (at["x_tip_machine"] - x) ** 2 + (at["y_tip"] - y) ** 2
+        rates = ca.vertcat(*(ca.gradient(at[name], phi) for name in ("x_B1", "y_B1")))
+        values: dict[str, tuple[ca.SX, ...]] = {
+            "height": (at["y_tip"],),
+            "position": (at["x_tip"],),
+            "tilt": (at["tilt"],),
+            "contact1": (at["t1"],),
+            "contact2": (at["t2"],),
+            "funnel_speed": (ca.norm_2(rates) * self._constants["omega"],),
+            "nozzle_distance": (self._separate_nozzles(),),
+            "ground_intersection": (NOZZLE.composed("axis", at | {"soil": soil})["cut"], soil),
+            "clearance": (NOZZLE.composed("half", half)["clearance"], plant, top),
+            "squared_distance": (squared, x, y),
         }
+        functions = {}
+        for name, (value, *more) in values.items():
+            first = ca.gradient(value, phi)
+            outputs = [value, first, ca.gradient(first, phi)]
+            inputs, names = [phi, self.z, *more], ["phi", "z", "first", "second"]
+            functions[name] = ca.Function(
+                name, inputs, outputs, names[: len(inputs)], ["f", "df", "ddf"]
+            )
+        return functions
 
-    def _function(self, name: str, value: ca.SX, *more: ca.SX) -> ca.Function:
-        """Return (phi, z, ...) -> value, with first and second derivative in phi."""
-        first = ca.gradient(value, self.phi)
-        return ca.Function(
-            name, [self.phi, self.z, *more], [value, first, ca.gradient(first, self.phi)]
-        )
+    def __getitem__(self, name: str) -> ca.Function:
+        """Return a function by its name."""
+        return self._functions[name]
 
-    @cached_property
-    def height(self) -> ca.Function:
-        """(phi, z) -> height of the tip [m], with derivatives."""
-        return self._function("height", self.at(self.phi)["y_tip"])
+    def kernel(self, name: str) -> Kernel:
+        """Return a function of many angles."""
+        if name not in self._kernels:
+            self._kernels[name] = Kernel(self._functions[name], lanes=["phi"])
+        return self._kernels[name]
 
-    @cached_property
-    def position(self) -> ca.Function:
-        """(phi, z) -> horizontal position of the tip over ground [m], with derivatives."""
-        return self._function("position", self.at(self.phi)["x_tip"])
-
-    @cached_property
-    def tilt(self) -> ca.Function:
-        """(phi, z) -> tilt of the nozzle from the vertical [rad], with derivatives."""
-        return self._function("tilt", self.at(self.phi)["tilt"])
-
-    @cached_property
-    def ground_intersection(self) -> ca.Function:
-        """(phi, z, soil) -> position over ground where the nozzle's axis meets the soil level [m],
-        with derivatives.
-        """
-        soil, at = ca.SX.sym("soil"), self.at(self.phi)
-        return self._function("cut", NOZZLE.composed("axis", at | {"soil": soil})["cut"], soil)
-
-    @cached_property
-    def funnel_speed(self) -> ca.Function:
-        """(phi, z) -> speed of B1 relative to the machine [m/s]."""
-        at = self.at(self.phi)
-        rates = (ca.gradient(at[name], self.phi) for name in ("x_B1", "y_B1"))
-        return ca.Function(
-            "funnel", [self.phi, self.z], [ca.norm_2(ca.vertcat(*rates)) * self.c["omega"]]
-        )
-
-    @cached_property
-    def clearance(self) -> ca.Function:
-        """(phi, z, plant, top) -> least horizontal distance of a nozzle half from the plant's axis
-        [m].
-
-        Of the half counts what is lower than the seedling's `top`; `plant` is where over ground the
-        seedling stands.
-        """
-        plant, top = ca.SX.sym("plant"), ca.SX.sym("top")
-        inputs = self.c | self.at(self.phi) | {"plant": plant, "top": top, "hair": DISTANCE_EPS}
-        return self._function("clearance", NOZZLE.composed("half", inputs)["clearance"], plant, top)
-
-    @cached_property
-    def squared_distance(self) -> ca.Function:
-        """(phi, z, x, y) -> squared distance of the tip from a point in the machine's frame [m2],
-        with derivatives.
-        """
-        x, y, at = ca.SX.sym("x"), ca.SX.sym("y"), self.at(self.phi)
-        return self._function(
-            "apart", (at["x_tip_machine"] - x) ** 2 + (at["y_tip"] - y) ** 2, x, y
-        )
-
-    @cached_property
-    def nozzle_distance(self) -> ca.Function:
-        """(phi, z) -> distance of the two nozzles' axes, funnel to tip, in their plane [m], with
-        derivatives.
-
-        If the axes cross, it is the negative of the shortest displacement that separates them.
-        """
-        first, second = (self._segment(self.phi - lag) for lag in (0.0, SIDE_OFFSET))
+    def _separate_nozzles(self) -> ca.SX:
+        first, second = (self._locate_axis(self.phi - lag) for lag in (0.0, SIDE_OFFSET))
         pairs = ((first, second), (second, first))
         ends = [_distance_to_segment(p, *target) for points, target in pairs for p in points]
         distance = ca.fmin(ca.fmin(ends[0], ends[1]), ca.fmin(ends[2], ends[3]))
         sides = [_signed_area(*line, p) * _signed_area(*line, q) for line, (p, q) in pairs]
         crossing = ca.logic_and(sides[0] < 0, sides[1] < 0)
-        return self._function("between", ca.if_else(crossing, -distance, distance))
+        return ca.if_else(crossing, -distance, distance)
 
-    def _segment(self, phi: ca.SX) -> tuple[ca.SX, ca.SX]:
+    def _locate_axis(self, phi: ca.SX) -> tuple[ca.SX, ca.SX]:
         """Return funnel and tip in the machine's frame."""
-        at = self.at(phi)
+        at = self._locate(phi)
         return ca.vertcat(at["x_B1"], at["y_B1"]), ca.vertcat(at["x_tip_machine"], at["y_tip"])
-
-    @cached_property
-    def kernels(self) -> dict[str, Kernel]:
-        """Kernels over many angles, each a value with its first two derivatives in phi, by
-        `QUANTITIES`.
-        """
-        return {name: _build_kernel(getattr(self, name)) for name in QUANTITIES}
-
-    @cached_property
-    def contact_kernels(self) -> tuple[Kernel, Kernel]:
-        """Kernels of both stages: the inner gear's polar angle at the contact [rad]."""
-        at = self.at(self.phi)
-        return _build_kernel(self._function("contact1", at["t1"])), _build_kernel(
-            self._function("contact2", at["t2"])
-        )
-
-    @cached_property
-    def position_kernel(self) -> Kernel:
-        """Kernel of `position`."""
-        return _build_kernel(self.position)
-
-
-def _build_kernel(f: ca.Function) -> Kernel:
-    inputs = f.sx_in()
-    names = ["phi", "z", "first", "second"][: len(inputs)]
-    return Kernel(
-        ca.Function(f.name(), inputs, f.call(inputs), names, ["f", "df", "ddf"]), lanes=["phi"]
-    )
 
 
 def _distance_to_segment(p: ca.SX, a: ca.SX, b: ca.SX) -> ca.SX:

@@ -14,7 +14,6 @@ from planter.engine.solvers.sampled_cycle import sample_angles
 from planter.files import units
 from planter.kernels.programs import Program, ProgramStep
 from planter.papers.planting.model import Device, list_keys
-from planter.papers.planting.objective import read_weights
 from planter.report.subject import Input, Portable
 
 SIDE = (
@@ -223,7 +222,7 @@ class Singles:
 
 def objective(device: Device, force: ca.MX) -> ca.MX:
     """The device's objective of samples (n,) of its support force."""
-    settings, deviation = read_weights(device.machine), force - ca.sum1(force) / force.numel()
+    settings, deviation = device.machine.objective, force - ca.sum1(force) / force.numel()
     variance = ca.dot(deviation, deviation) / force.numel()
     return settings.weight_range * (ca.mmax(force) - ca.mmin(force)) + settings.weighted(
         variance, ca.sqrt

@@ -20,7 +20,7 @@ from planter.gears.workshop.cam import (
     check_roller,
     find_lift_off,
 )
-from planter.gears.workshop.cam_report import CamOutput, CamPageContent
+from planter.gears.workshop.cam_report import CamOutput
 from planter.kernels import Array, Kernel, generated
 from planter.kernels.formulas import HOISTED, load
 from planter.papers.planting import functions
@@ -120,12 +120,17 @@ def build_cam(device: Device, roller: float, tolerance: float, width: float) -> 
     stations = (face.radius - width / 2, face.radius + width / 2)
     for station in stations:
         face.at(station).check_clearance()
-    part = build_cam_part(
-        face.at(face.radius), "end-face", tolerance, find_lift_off(pushing, speed), speed, width
-    )
+    lift_off = find_lift_off(pushing, speed)
     meanings = {entry["shown"]: entry["meaning"] for entry in device.sidecar["vectors"]["machine"]}
-    page = CamPageContent(machine, meanings, load(CAM).sidecar, pushing, speed)
-    return CamOutput(part, page, lambda: _solid(face, stations, width))
+    return CamOutput(
+        build_cam_part(face.at(face.radius), "end-face", tolerance, lift_off, width),
+        machine,
+        meanings,
+        load(CAM).sidecar,
+        pushing,
+        speed,
+        lambda: _solid(face, stations, width),
+    )
 
 
 def _solid(face: EndFace, stations: tuple[float, float], width: float) -> bytes:

@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from planter import paths
-from planter.engine.solvers.range_variance import Sampling
+from planter.engine.outputs import evaluate_many
+from planter.engine.solvers.curve_sum import Sampling
 from planter.engine.solvers.response import list_breakpoints
 from planter.files import units
-from planter.files.document import format_lines
 from planter.measured.sensor_presentation import (
     CAPTION,
     FIGURE,
@@ -22,7 +20,7 @@ from planter.measured.sensor_presentation import (
 from planter.mechanism.presentation import (
     CLOSEST_FILE,
     OPTIMUM_FILE,
-    SET_ORIGIN,
+    format_design_file,
 )
 from planter.papers.planting.design_results import (
     DesignersSummary,
@@ -34,7 +32,7 @@ from planter.papers.planting.design_results import (
 from planter.papers.planting.file import PlantingMachine
 from planter.papers.planting.functions import MODELS
 from planter.papers.planting.model import Device
-from planter.papers.planting.objective import evaluate_many, find_curve_angles, read_weights
+from planter.papers.planting.objective import find_curve_angles
 from planter.papers.planting.report import figures
 from planter.papers.planting.report.forces import draw_support_force
 from planter.papers.planting.results import (
@@ -58,8 +56,7 @@ from planter.report.html import (
     Text,
     escape_markup,
 )
-from planter.report.labels import count_things, format_label
-from planter.report.names import load_names
+from planter.report.labels import count_things, format_label, load_names
 from planter.report.presentation import (
     ModelAssumptions,
     ResultPresentation,
@@ -91,6 +88,7 @@ CAPTIONS = {
     "pareto": "Range against variance of the support force.",
     FIGURE: CAPTION,
 }
+MEASURES = ("support_range_N", "support_variance_N2")
 CLOUD_SIZE = 300
 """Random designs that are drawn beside a front."""
 MOTION_CAPTION = (
@@ -113,8 +111,8 @@ SCORES = ("objective", "range_N", "variance_N2")
 """Keys of `FORCE_ROWS` that designs are compared by."""
 BOUNDS = ("lower", "upper", "origin")
 """Columns of a design for which a terminal is too narrow."""
-ROUNDING = 1e-15
-"""Relative difference that conversion to SI units and back causes."""
+SAMPLES = "objective.samples"
+"""Path of the number of samples of a search."""
 
 
 def present_optimum(optimisation: Optimisation, device: Device) -> ResultPresentation:
@@ -199,7 +197,7 @@ def write_partial(
         else f"closest design, {device.model} model"
     )
     head = [
-        f"# The machine {json.dumps(device.machine.name)} with {title}, by planter {__version__}: "
+        f"The machine {json.dumps(device.machine.name)} with {title}, by planter {__version__}: "
         f"{method}."
     ]
     text = _format_design_file(device.machine, partial["design"], method, head)
@@ -489,9 +487,9 @@ def format_optimum_file(
         "true extremes and integrals" if sampling == "refined" else f"{sampling} samples"
     )
     head = [
-        f"# The machine {json.dumps(machine.name)} with its design optimised by planter "
+        f"The machine {json.dumps(machine.name)} with its design optimised by planter "
         f"{__version__}: {method}.",
-        f"# Objective {result.objective!r}, before {result.start_objective!r}. Comments give the "
+        f"Objective {result.objective!r}, before {result.start_objective!r}. Comments give the "
         f"values before.",
     ]
     if result.teeth is not None:
@@ -499,7 +497,7 @@ def format_optimum_file(
             f"stage {stage.stage} has {stage.z} teeth of {stage.module_mm:.12g} mm"
             for stage in result.teeth.stages
         )
-        head.append(f"# Integer tooth numbers: {', '.join(stages)}.")
+        head.append(f"Integer tooth numbers: {', '.join(stages)}.")
     return _format_design_file(machine, result.design, method, head, sampling)
 
 
@@ -513,42 +511,14 @@ def _format_design_file(
     """Return a machine file (TOML) with another design; `method` says how it was found, `head` are
     comments.
     """
-    numbers, table = machine.numbers(), machine.table()
-    table["design"] = {
-        name: _restore_digits(machine, name, value) for name, value in design.items()
-    }
-    if sampling != "refined":
-        table["objective"]["samples"] = int(sampling)
-    optimised = PlantingMachine.read(table, machine.source).numbers()
-    previous = {path: numbers[path] for path, value in optimised.items() if value != numbers[path]}
-    table["origin"] = _list_origins(machine, previous, method)
-    notes = {
-        path: f"was {' '.join((repr(value), units.display_unit(path))).rstrip()}"
-        for path, value in previous.items()
-    }
-    return "\n".join([*head, "", *format_lines(table, notes)]) + "\n"
-
-
-def _restore_digits(machine: PlantingMachine, name: str, value: float) -> float:
-    """Return a design value without the last digits that conversion to SI units changes, and within
-    its bounds.
-    """
-    start, (lower, upper) = machine.design[name], machine.bounds[name]
-    return start if math.isclose(value, start, rel_tol=ROUNDING) else min(max(value, lower), upper)
-
-
-def _list_origins(
-    machine: PlantingMachine, previous: Mapping[str, float], method: str
-) -> dict[str, str]:
-    """Return the origins in the file, with new ones for numbers that changed or were set on the
-    command line.
-    """
-    changed = dict.fromkeys((*machine.changed, *previous), SET_ORIGIN)
-    changed |= dict.fromkeys(
-        (path for path in previous if path.startswith("design.")), f"optimised ({method})"
-    )
-    renamed = set(changed) | {paths.last_part(path) for path in changed}
-    return {name: words for name, words in machine.origins.items() if name not in renamed} | changed
+    own = ("refined", machine.objective.samples)
+    searched = machine.with_numbers({} if sampling in own else {SAMPLES: float(sampling)})
+    values = {}
+    for name, value in design.items():
+        lower, upper = machine.bounds[name]
+        values[f"design.{name}"] = min(max(float(f"{value:.15g}"), lower), upper)
+    before = {path: machine.numbers()[path] for path in values}
+    return format_design_file(searched.with_numbers(values), before, head, f"optimised ({method})")
 
 
 def animate(device: Device, x: Array, start: Array | None = None) -> MotionBlock:
@@ -600,14 +570,15 @@ def _draw_search(device: Device, optimisation: Optimisation) -> dict[str, Figure
     if not result.front:
         return plots
     shares = np.random.default_rng(optimisation.optimum.seed).random((CLOUD_SIZE, device.size))
-    cloud = evaluate_many(device, device.lower + shares * (device.upper - device.lower))
+    designs = device.lower + shares * (device.upper - device.lower)
+    cloud = evaluate_many(device, designs, device.machine.objective.samples, outputs=MEASURES)
     marks = {
         "machine file": (result.start_range_N, result.start_variance_N2),
         "optimum": (result.range_N, result.variance_N2),
     }
     points = [(point.range_N, point.variance_N2) for point in result.front]
-    points += zip(cloud.range_N.tolist(), cloud.variance_N2.tolist(), strict=True)
-    weights = read_weights(device.machine)
+    points += map(tuple, cloud.values.tolist())
+    weights = device.machine.objective
     line = (weights.weight_range, weights.weight_variance) if weights.kind == "paper" else None
     front = figures.draw_pareto(np.array([*points, *marks.values()]), marks, line)
     return plots | {"pareto": front}

@@ -29,6 +29,7 @@ from planter.engine.solvers.local_search import (
 )
 from planter.engine.solvers.problem import Problem
 from planter.errors import ComputationError, InputError
+from planter.files import units
 from planter.gears.geometry import families
 from planter.gears.geometry.families import SUFFIX, compute_family_parameters
 from planter.gears.geometry.stage import list_design_names
@@ -99,12 +100,8 @@ def build_pair_machine(machine: PlantingMachine, pair: Pair) -> PlantingMachine:
         bounds |= box
         design |= {name: float(np.clip(value, *box[name])) for name, value in start.items()}
         table[f"stage{number}"] = {"family": family + SUFFIX}
-    origin = {name: text for name, text in table["origin"].items() if name.split(".")[0] in table}
-    origin = {
-        name: text
-        for name, text in origin.items()
-        if name.split(".")[0] not in ("design", "bounds")
-    }
+    stated = set(table) - {"design", "bounds"}
+    origin = {name: text for name, text in table["origin"].items() if name.split(".")[0] in stated}
     table |= {"design": design, "bounds": bounds, "origin": {"default": "assumed", **origin}}
     return PlantingMachine.read(table, f"{machine.source}, {pair[0]} and {pair[1]}")
 
@@ -135,11 +132,7 @@ def measure_curve(device: Device, stage: int) -> tuple[float, float, float]:
     """Return mean radius [m], relative swing of the ratio and deformation coefficient of a device's
     stage.
     """
-    start = len(device.sidecar["vectors"]["mounting"]) + (
-        len(device.stages[0].names) if stage else 0
-    )
-    gears = device.stages[stage]
-    parameters = device.design[start : start + len(gears.names)]
+    gears, parameters = device.stages[stage], device.of_stage(stage, device.design)
     hoisted = gears.prologue(parameters=parameters)["hoisted"]
     ends = np.array([0.0, np.pi / parameters[-1]])
     high, low = gears.contact(t=ends, parameters=parameters, hoisted=hoisted)["ratio"][0]
@@ -339,20 +332,15 @@ def list_family_parameters(device: Device, x: Array) -> dict[str, float]:
     """Return the parameters of the families at a design of the shared bounds, by their own
     names.
     """
-    from planter.files import units
-    from planter.gears.geometry import families
-
-    start = len(device.sidecar["vectors"]["mounting"])
     design: dict[str, float] = {}
     for number, stage in enumerate(device.stages, 1):
         family = families.find_family(stage.family) or stage.family
-        values = compute_family_parameters(family, x[start : start + len(stage.names)])
+        values = compute_family_parameters(family, device.of_stage(number - 1, x))
         names = list_design_names(family, device.sidecar["vectors"][f"parameters{number}"])
         design |= {
             name: float(value / units.unit_factor(name))
             for name, value in zip(names, values, strict=True)
         }
-        start += len(stage.names)
     return design
 
 

@@ -7,7 +7,7 @@ hinge.
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal, Self
 
@@ -15,8 +15,7 @@ from pydantic import Field, field_validator
 
 from planter import paths
 from planter.engine.measures import Limit
-from planter.engine.sections import parse_holds, with_whole_limits
-from planter.engine.solvers.sections import GeneticAlgorithm
+from planter.engine.sections import GeneticAlgorithm, parse_holds, with_whole_limits
 from planter.errors import InputError
 from planter.files.csv_rows import inline_points
 from planter.files.document import Document, Origins
@@ -233,6 +232,16 @@ class ForceObjectiveSection(FileSection):
     """number of angles over a turn"""
     kind: Literal["paper", "newton"]
     """"paper": the spread is the variance (N2); "newton": the standard deviation (N)"""
+
+    def weighted(self, variance: Any, sqrt: Callable[[Any], Any] = math.sqrt) -> Any:
+        """Return the weighted spread of a variance [N2]: a float or, with a matching `sqrt`, a
+        symbol or array.
+        """
+        return self.weight_variance * (variance if self.kind == "paper" else sqrt(variance))
+
+    def value(self, range_N: float, variance_N2: float) -> float:
+        """Return the objective of a range [N] and a variance [N2]."""
+        return float(self.weight_range * range_N + self.weighted(variance_N2))
 
     @check
     def _something_counts(self) -> Problems:

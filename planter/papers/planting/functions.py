@@ -8,9 +8,10 @@ a series.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property
-from typing import Literal
+from typing import Any, Literal
 
 import casadi as ca
 import numpy as np
@@ -43,6 +44,13 @@ class Functions:
         self.h = ca.SX.sym("h", self.prologue_function.size1_out(0))
 
     @property
+    def _hoisted_split(self) -> list[int]:
+        """Where the invariants of each stage and of the dynamics begin and end in h."""
+        sizes = [stage.prologue.function.size1_out(0) for stage in self._stages]
+        ends: list[int] = np.cumsum([0, *sizes, self._dynamics.size1_out(0)]).tolist()
+        return ends
+
+    @property
     def stage_titles(self) -> list[str]:
         """Names of the families of both stages."""
         return [stage.sidecar["title"] for stage in self._stages]
@@ -60,8 +68,7 @@ class Functions:
         x, c = ca.MX.sym("x", self._split[-1]), ca.MX.sym("c", self._size("machine"))
         mounting, *parameters = ca.vertsplit(x, self._split)
         curves = [s.prologue.function(p) for s, p in zip(self._stages, parameters, strict=True)]
-        packed = [v for pair in zip(parameters, curves, strict=True) for v in pair]
-        dynamics = self._dynamics(mounting, *packed, c)
+        dynamics = self._dynamics(mounting, *_interleave(parameters, curves), c)
         return ca.Function("prologue", [x, c], [ca.vertcat(*curves, dynamics)], ["x", "c"], ["h"])
 
     @cached_property
@@ -74,8 +81,7 @@ class Functions:
             s.tangent.function(p, h)
             for s, p, h in zip(self._stages, parameters, curves, strict=True)
         ]
-        packed = [v for pair in zip(parameters, curves, strict=True) for v in pair]
-        dynamics, *parts = self._dynamics_tangent(mounting, *packed, c)
+        dynamics, *parts = self._dynamics_tangent(mounting, *_interleave(parameters, curves), c)
         rows = ca.diagcat(ca.MX(0, mounting.numel()), *tangents)
         for stage, curve in enumerate(tangents):
             parts[1 + stage] = parts[1 + stage] + parts[3 + stage] @ curve
@@ -110,10 +116,9 @@ class Functions:
             ca.MX.sym(n, v.numel()) for n, v in zip("xch", (self.x, self.c, self.h), strict=True)
         )
         mounting, *parameters = ca.vertsplit(x, self._split)
-        sizes = [s.prologue.function.size1_out(0) for s in self._stages]
-        curves = ca.vertsplit(h, np.cumsum([0, *sizes, h.numel() - sum(sizes)]).tolist())[:2]
-        packed = [v for pair in zip(parameters, curves, strict=True) for v in pair]
-        rows = ca.vertcat(ca.MX(sum(sizes), c.numel()), data_jacobian(mounting, *packed, c))
+        *curves, dynamics = ca.vertsplit(h, self._hoisted_split)
+        changes = data_jacobian(mounting, *_interleave(parameters, curves), c)
+        rows = ca.vertcat(ca.MX(h.numel() - dynamics.numel(), c.numel()), changes)
         return ca.Function("data_tangent", [x, c, h], [rows], ["x", "c", "h"], ["dh"])
 
     def of_data(self, outputs: list[ca.SX]) -> tuple[list[ca.SX], list[ca.SX]]:
@@ -123,27 +128,17 @@ class Functions:
         them.
         """
         mounting, *parameters = ca.vertsplit(self.x, self._split)
-        sizes = [s.prologue.function.size1_out(0) for s in self._stages]
-        curves = ca.SX.sym("curves", sum(sizes))
-        packed = [
-            v
-            for pair in zip(
-                parameters, ca.vertsplit(curves, np.cumsum([0, *sizes]).tolist()), strict=True
-            )
-            for v in pair
-        ]
+        split = self._hoisted_split[:-1]
+        curves = ca.SX.sym("curves", split[-1])
+        packed = _interleave(parameters, ca.vertsplit(curves, split))
         h = ca.vertcat(curves, self._dynamics(mounting, *packed, self.c))
         return ca.substitute(outputs, [self.h], [h]), [self.phi, self.x, self.c, curves]
 
     def lane_inputs(self, phi: ca.SX) -> list[ca.SX]:
         """Return the inputs of the lane function at a carrier angle."""
         mounting, *parameters = ca.vertsplit(self.x, self._split)
-        sizes = [s.prologue.function.size1_out(0) for s in self._stages]
-        *curves, dynamics = ca.vertsplit(
-            self.h, np.cumsum([0, *sizes, self._dynamics.size1_out(0)]).tolist()
-        )
-        packed = [v for pair in zip(parameters, curves, strict=True) for v in pair]
-        return [phi, mounting, *packed, self.c, dynamics]
+        *curves, dynamics = ca.vertsplit(self.h, self._hoisted_split)
+        return [phi, mounting, *_interleave(parameters, curves), self.c, dynamics]
 
     def side(self, phi: ca.SX) -> ca.SX:
         """Return the quantities that the sidecar lists of a side, at its carrier angle."""
@@ -162,6 +157,11 @@ class Functions:
     @cached_property
     def inputs(self) -> list[ca.SX]:
         return [self.phi, self.x, self.c, self.h]
+
+
+def _interleave(parameters: Sequence[Any], curves: Sequence[Any]) -> list[Any]:
+    """Return the parameters of each stage followed by its invariants."""
+    return [part for pair in zip(parameters, curves, strict=True) for part in pair]
 
 
 _FLANK_PREFIX = "flank_"

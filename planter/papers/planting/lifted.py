@@ -164,10 +164,8 @@ class LiftedModel:
             phi + machine.si("design.alpha3_deg"),
             turn.one["phi52"] + machine.si("design.beta6_deg"),
         )
-        first = len(self.device.names) - sum(len(stage.names) for stage in self.device.stages)
-        for stage, t in zip(self.device.stages, polar, strict=True):
-            parameters = self._x[first : first + len(stage.names)]
-            first += len(stage.names)
+        for number, (stage, t) in enumerate(zip(self.device.stages, polar, strict=True)):
+            parameters = self.device.of_stage(number, self._x)
             dense = np.linspace(min(0.0, float(t.min())), float(t.max()), 8 * SAMPLES + 1)
             hoisted = stage.prologue(parameters=parameters)["hoisted"]
             contact = stage.contact(t=dense, parameters=parameters, hoisted=hoisted)

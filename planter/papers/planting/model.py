@@ -27,9 +27,8 @@ from planter.files.record import format_table
 from planter.gears.geometry import families, stage
 from planter.gears.geometry.stage import StageCandidate
 from planter.kernels import Array, Kernel, formulas
-from planter.measured.carried import add_carried_forces, list_carried_forces
 from planter.measured.sensor_curve import SensorSignal, measure_cycle
-from planter.measured.sensor_view import build_sensor_view
+from planter.measured.sensor_view import add_carried_forces, build_sensor_view, list_carried_forces
 from planter.papers.planting import functions
 from planter.papers.planting.file import PlantingMachine
 from planter.papers.planting.functions import Functions, Model
@@ -66,7 +65,10 @@ class Device:
     Raises GeometryError where the machine's own design, or a corner of its bounds, has no gears.
     """
 
-    def __init__(self, machine: PlantingMachine, model: Model = "exact") -> None:
+    def __init__(self, machine: PlantingMachine | Machine, model: Model = "exact") -> None:
+        """`machine` is the file of a planting device, or the machine that was loaded from one."""
+        if isinstance(machine, Machine):
+            machine = _find_file(machine)
         self.machine, self.model = machine, model
         self.formulas = formulas.load(f"planting_{model}")
         self.sidecar = self.formulas.sidecar
@@ -520,3 +522,10 @@ def _tangent(functions: Functions, size: int, moved: tuple[int, ...]) -> ca.Func
         along_data = functions.data_tangent_function(d[:size], d[size:], h)
     dh = ca.horzcat(along_design, along_data)[:, list(moved)]
     return ca.Function("tangent", [d], [h, dh], ["d"], ["h", "dh"])
+
+
+def _find_file(machine: Machine) -> PlantingMachine:
+    """Return the file of a planting device. Raises InputError for another machine."""
+    if not isinstance(machine.document, PlantingMachine):
+        raise InputError(f"{machine.source}: {machine.name} is no planting device")
+    return machine.document

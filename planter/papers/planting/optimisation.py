@@ -13,7 +13,6 @@ from planter import errors
 from planter.engine import search
 from planter.engine.front import trace_front
 from planter.engine.machine import check_samples
-from planter.engine.problem import DesignProblem
 from planter.engine.search import (
     CandidateDesign,
     DesignOptimum,
@@ -23,7 +22,8 @@ from planter.engine.search import (
 )
 from planter.engine.sections import HOLD
 from planter.engine.sensitivity import find_directions
-from planter.engine.solvers.constraints import FEASIBILITY_TOLERANCE, Constraints, join_constraints
+from planter.engine.solvers.constraints import FEASIBILITY_TOLERANCE
+from planter.engine.solvers.curve_sum import DIRECTION_ANGLES, Sampling
 from planter.engine.solvers.feasibility import MAX_ELASTIC_STARTS, find_feasible_or_nearest
 from planter.engine.solvers.local_search import (
     DEFAULT_STARTS,
@@ -37,17 +37,19 @@ from planter.engine.solvers.local_search import (
 )
 from planter.engine.solvers.optimiser import Method
 from planter.engine.solvers.problem import Problem
-from planter.engine.solvers.range_variance import Sampling, count_angles
 from planter.engine.solvers.result import OptimiserResult
 from planter.errors import ComputationError, InputError
 from planter.files.record import build_frame
 from planter.kernels import Array
-from planter.papers.planting import objective
 from planter.papers.planting.design_summary import summarise_design
 from planter.papers.planting.file import PlantingMachine
 from planter.papers.planting.functions import MODELS, Model
 from planter.papers.planting.model import FORCE, Device
-from planter.papers.planting.objective import evaluate_samples, evaluate_true_extremes
+from planter.papers.planting.objective import (
+    build_problem,
+    evaluate_samples,
+    evaluate_true_extremes,
+)
 from planter.papers.planting.requirements import RequirementConstraints, build_infeasibility_error
 from planter.papers.planting.results import (
     FrontPoint,
@@ -65,21 +67,6 @@ from planter.task import AUTO, Means, Task
 
 if TYPE_CHECKING:
     from pandas import DataFrame
-
-
-def build_constrained_problem(
-    device: Device,
-    sampling: Sampling,
-    required: RequirementConstraints | None,
-    lengths: PitchLengthConstraints | None = None,
-) -> DesignProblem:
-    """Return the problem of a device under its requirements and lengths of pitch curves, where
-    there are any.
-    """
-    parts: list[Constraints | None] = [required, lengths]
-    return objective.build_problem(
-        device, sampling, join_constraints([part for part in parts if part is not None])
-    )
 
 
 def find_feasible_point(
@@ -139,9 +126,7 @@ def prepare_device_descents(
     device = Device(machine, model)
     lengths = None if tooth_counts is None else PitchLengthConstraints(device, tooth_counts)
     return search.prepare_descents(
-        build_constrained_problem(
-            device, sampling, RequirementConstraints.from_device(device), lengths
-        )
+        build_problem(device, sampling, RequirementConstraints.from_device(device), lengths)
     )
 
 
@@ -226,7 +211,7 @@ def search_optimum(
         )
         raise InputError(f"{device.machine.source}: {HOLD}: {reason}")
     start_s, required = time.perf_counter(), RequirementConstraints.from_device(device)
-    task = build_constrained_problem(device, samples, required, lengths)
+    task = build_problem(device, samples, required, lengths)
     spec = SearchSpec(
         samples, method, starts or DEFAULT_STARTS, seed, device.machine.genetic_algorithm
     )
@@ -253,9 +238,9 @@ def search_optimum(
             "violated": None if candidate.is_feasible else candidate.violated,
         }
 
-    def keep_table(candidate: CandidateDesign) -> None:
-        assert keep is not None
-        keep(build_table(candidate))
+    def hand_over(candidate: CandidateDesign) -> None:
+        if keep is not None:
+            keep(build_table(candidate))
 
     def build_closest() -> Table | None:
         """Return the closest design that the search for a feasible one has met."""
@@ -273,7 +258,7 @@ def search_optimum(
         feasible += [search_from_design(task, x).u for x in nearby]
         descents = build_descent_task(device, samples, lengths)
         return build_optimum(
-            minimise(task, spec, progress, descents, means, feasible, keep and keep_table)
+            minimise(task, spec, progress, descents, means, feasible, keep and hand_over)
         )
     except InterruptedSearch as stop:
         best = None if stop.best is None else build_optimum(stop.best)
@@ -293,7 +278,7 @@ def _build_optimum(
     x, machine = result.design, device.force.machine
     equation_gradients = None if lengths is None else lengths.slopes(x)
     placed = replace(machine, data=machine.build_data(x))
-    count = count_angles(sampling)
+    count = DIRECTION_ANGLES if sampling == "refined" else sampling
     directions = find_directions(placed, machine.objective, count, equation_gradients)
     return DeviceOptimum(
         **vars(result),
@@ -321,11 +306,6 @@ class Optimisation:
     result: OptimisationFound
     certificate: str | None = None
     """The text of the file of its proof, if it has one."""
-
-    @property
-    def found(self) -> DeviceOptimum:
-        """The optimum, under its former name."""
-        return self.optimum
 
     def show(self) -> Any:
         """Return a notebook widget that animates the optimum, with the path of the tip before.

@@ -18,8 +18,7 @@ from planter.papers.planting.results import (
 )
 from planter.report import files, style
 from planter.report.html import Cell, Items, KeyFigure, Keys, Section, Table, Text
-from planter.report.labels import count_things, format_name, list_values, separate_words
-from planter.report.names import load_names
+from planter.report.labels import count_things, format_name, list_values, load_names, separate_words
 from planter.report.presentation import ModelAssumptions, ResultPresentation
 
 if TYPE_CHECKING:

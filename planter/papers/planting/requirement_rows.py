@@ -177,24 +177,24 @@ class RequirementRows:
         """Return the rows at the lowest and the highest tip point, and between the nozzles."""
         z, m = ca.vertcat(x, c, h), self.motion
         self._z = z
-        self._low = _find_root(lambda phi: m.height.call([phi, z])[1:], inputs.angle("low"))
+        self._low = _find_root(lambda phi: m["height"].call([phi, z])[1:], inputs.angle("low"))
         self._high = high = _find_root(
-            lambda phi: m.height.call([phi, z])[1:], inputs.angle("high")
+            lambda phi: m["height"].call([phi, z])[1:], inputs.angle("high")
         )
-        self._bottom = m.height(self._low, z)[0]
-        low, top = self._low, m.height(high, z)[0]
-        speed_over_ground = m.position(low, z)[1] * self.device.machine.si("operation.speed_rpm")
+        self._bottom = m["height"](self._low, z)[0]
+        low, top = self._low, m["height"](high, z)[0]
+        speed_over_ground = m["position"](low, z)[1] * self.device.machine.si("operation.speed_rpm")
         speed = abs(self.device.machine.si("operation.forward_speed_m_s"))
         closest = _find_interior_extremum(
-            lambda phi: m.nozzle_distance.call([phi, z])[1:], inputs.angle("between")
+            lambda phi: m["nozzle_distance"].call([phi, z])[1:], inputs.angle("between")
         )
         return [
-            self._row("release_tilt", m.tilt(low, z)[0], low),
-            self._row("catching_tilt", m.tilt(high, z)[0], high),
+            self._row("release_tilt", m["tilt"](low, z)[0], low),
+            self._row("catching_tilt", m["tilt"](high, z)[0], high),
             self._row("ground_speed_ratio", speed_over_ground / speed, low),
             self._row("path_height", top - self._bottom, high),
-            self._row("funnel_speed", m.funnel_speed(high, z), high),
-            self._row("nozzle_distance", m.nozzle_distance(closest, z)[0], closest),
+            self._row("funnel_speed", m["funnel_speed"](high, z)[0], high),
+            self._row("nozzle_distance", m["nozzle_distance"](closest, z)[0], closest),
         ]
 
     def _tubes(self, x: ca.MX, c: ca.MX, h: ca.MX, inputs: _GraphInputs) -> list[RequirementRow]:
@@ -205,13 +205,13 @@ class RequirementRows:
                 partial(self._distance_rates, px, py), inputs.angle(_point(number))
             )
             distance = ca.sqrt(
-                self.motion.squared_distance(at, self._z, px, py)[0] + DISTANCE_EPS**2
+                self.motion["squared_distance"](at, self._z, px, py)[0] + DISTANCE_EPS**2
             )
             rows.append(RequirementRow(BY_NAME["tube_excess"], distance - tube, at, _point(number)))
         return rows
 
     def _distance_rates(self, px: float, py: float, phi: ca.MX) -> Sequence[ca.MX]:
-        rates: Sequence[ca.MX] = self.motion.squared_distance.call([phi, self._z, px, py])[1:]
+        rates: Sequence[ca.MX] = self.motion["squared_distance"].call([phi, self._z, px, py])[1:]
         return rates
 
     def _soil(self, x: ca.MX, c: ca.MX, h: ca.MX, inputs: _GraphInputs) -> list[RequirementRow]:
@@ -221,7 +221,9 @@ class RequirementRows:
         z, m, low = self._z, self.motion, self._low
         soil = self.soil.level(self._bottom)
         ends = [
-            _find_root(lambda phi: _subtract_level(m.height.call([phi, z]), soil), inputs.angle(n))
+            _find_root(
+                lambda phi: _subtract_level(m["height"].call([phi, z]), soil), inputs.angle(n)
+            )
             for n in ("enter", "leave")
         ]
 
@@ -233,33 +235,33 @@ class RequirementRows:
         tilts = [
             *ends,
             *(
-                extreme(n, lambda phi: m.tilt.call([phi, z]), ends)
+                extreme(n, lambda phi: m["tilt"].call([phi, z]), ends)
                 for n in ("tilt high", "tilt low")
             ),
         ]
         cuts = [
-            extreme(n, lambda phi: m.ground_intersection.call([phi, z, soil]), ends)
+            extreme(n, lambda phi: m["ground_intersection"].call([phi, z, soil]), ends)
             for n in ("cut high", "cut low")
         ]
-        rows = [self._row("soil_tilt", m.tilt(phi, z)[0], phi) for phi in tilts]
+        rows = [self._row("soil_tilt", m["tilt"](phi, z)[0], phi) for phi in tilts]
         rows.append(self._row("depth", soil - self._bottom, low))
         rows.append(
             self._row(
                 "hole_length",
-                m.ground_intersection(cuts[0], z, soil)[0]
-                - m.ground_intersection(cuts[1], z, soil)[0],
+                m["ground_intersection"](cuts[0], z, soil)[0]
+                - m["ground_intersection"](cuts[1], z, soil)[0],
                 cuts[0],
             )
         )
         if "seedling_clearance" in self.names:
-            top, plant = soil + self.setting("seedling_height_mm"), m.position(low, z)[0]
+            top, plant = soil + self.setting("seedling_height_mm"), m["position"](low, z)[0]
             over = _find_root(
-                lambda phi: _subtract_level(m.height.call([phi, z]), top), inputs.angle("over")
+                lambda phi: _subtract_level(m["height"].call([phi, z]), top), inputs.angle("over")
             )
             at = extreme(
-                "clearance", lambda phi: m.clearance.call([phi, z, plant, top]), [ends[1], over]
+                "clearance", lambda phi: m["clearance"].call([phi, z, plant, top]), [ends[1], over]
             )
-            free = m.clearance(at, z, plant, top)[0] - self.setting("seedling_width_mm") / 2
+            free = m["clearance"](at, z, plant, top)[0] - self.setting("seedling_width_mm") / 2
             rows.append(self._row("seedling_clearance", free, at))
         return rows
 
@@ -298,23 +300,23 @@ class RequirementRows:
     def _locate(self, x: Array, h: Array) -> dict[str, Any]:
         """Return the inputs of the graph by name: angles, and at which end an extremum is."""
         z = np.concatenate([x, self.device.constants, h])
-        kernels = self.motion.kernels
-        tip = locate_tip_cycle(AngleFunction(kernels["height"], z=z), self.soil)
+        kernel = self.motion.kernel
+        tip = locate_tip_cycle(AngleFunction(kernel("height"), z=z), self.soil)
         inputs: dict[str, Any] = {"low": tip.lowest, "high": tip.highest}
-        distance = AngleFunction(kernels["nozzle_distance"], z=z)
+        distance = AngleFunction(kernel("nozzle_distance"), z=z)
         inputs["between"] = distance.find_extremum(0, 2 * np.pi, -1, CYCLE_CELLS).angle
         for number, (px, py, _) in enumerate(self.points):
-            distance = AngleFunction(kernels["squared_distance"], z=z, first=px, second=py)
+            distance = AngleFunction(kernel("squared_distance"), z=z, first=px, second=py)
             inputs[_point(number)] = distance.find_extremum(0, 2 * np.pi, -1, CYCLE_CELLS).angle
         if self.soil is not None:
             inputs |= self._locate_in_soil(z, tip)
         return inputs | self._locate_on_pitch_curves(x, h)
 
     def _locate_in_soil(self, z: Array, tip: TipCycle) -> dict[str, Any]:
-        kernels = self.motion.kernels
+        kernel = self.motion.kernel
         enter, leave, soil = tip.soil_ends
-        tilt = AngleFunction(kernels["tilt"], z=z)
-        cut = AngleFunction(kernels["ground_intersection"], z=z, first=soil)
+        tilt = AngleFunction(kernel("tilt"), z=z)
+        cut = AngleFunction(kernel("ground_intersection"), z=z, first=soil)
         extremes = {
             f"{name} {word}": function.find_extremum(enter, leave, sign)
             for name, function in (("tilt", tilt), ("cut", cut))
@@ -322,14 +324,14 @@ class RequirementRows:
         }
         inputs: dict[str, Any] = {"enter": enter, "leave": leave}
         if "seedling_clearance" in self.names:
-            height = AngleFunction(kernels["height"], z=z)
+            height = AngleFunction(kernel("height"), z=z)
             top = soil + self.setting("seedling_height_mm")
             inputs["over"] = over = self._find_clear_angle(
                 height, top, leave, tip.highest + 2 * np.pi
             )
-            plant = float(self.motion.position_kernel(phi=tip.lowest, z=z)["f"][0, 0])
+            plant = float(self.motion.kernel("position")(phi=tip.lowest, z=z)["f"][0, 0])
             extremes["clearance"] = AngleFunction(
-                kernels["clearance"], z=z, first=plant, second=top
+                kernel("clearance"), z=z, first=plant, second=top
             ).find_extremum(leave, over, -1)
         return inputs | _name_extrema(extremes)
 

@@ -197,7 +197,7 @@ def _find_contact_angle(
     polar = device.stages[row.stage].polar(u=[u], parameters=device.of_stage(row.stage, x))
     target = float(polar["t_second" if row.second else "t_first"][0, 0])
     z = np.concatenate([x, device.constants, device.prologue(x).h])
-    contact = AngleFunction(measures.motion.contact_kernels[row.stage], z=z)
+    contact = AngleFunction(measures.motion.kernel(f"contact{row.stage + 1}"), z=z)
     start = contact.value(0.0)
     level = start + (target - start) % (2 * np.pi)
     return contact.find_crossing(level, -ANGLE_TOLERANCE, 2 * np.pi + ANGLE_TOLERANCE)

@@ -15,8 +15,8 @@ from planter.measured.sensor_view import describe_sensor_inputs, find_sensor_vie
 from planter.papers.planting.file import PlantingMachine
 from planter.papers.planting.model import Device
 from planter.papers.planting.requirements_section import KINDS, LIMIT_WORDS
-from planter.report.motion_formats import MotionFormat
-from planter.report.names import load_names
+from planter.report.labels import load_names
+from planter.report.options import MotionFormat
 from planter.report.subject import (
     STARTS,
     Control,
@@ -245,7 +245,6 @@ class PlantingView:
         """
         from planter.measured.sensor_presentation import list_signal_readings
         from planter.papers.planting.browser_programs import name_over_samples
-        from planter.papers.planting.objective import read_weights
         from planter.papers.planting.results import Statistics
 
         device, x = self._at(values, model)
@@ -258,7 +257,7 @@ class PlantingView:
             Reading(
                 over("objective (31)"),
                 "",
-                read_weights(device.machine).value(force.range_N, force.variance_N2),
+                device.machine.objective.value(force.range_N, force.variance_N2),
             ),
             Reading(over("range of the support force"), "N", force.range_N),
             Reading(over("largest support force"), "N", force.max_N),

@@ -1,4 +1,4 @@
-"""Sweeps and tolerances of planting devices: `ADAPTER`, as `planter.rows.tolerance.adapter` has it."""
+"""Sweeps and tolerances of planting devices: `ADAPTER`, as `planter.rows.adapter` has it."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from planter.papers.planting.file import PlantingMachine
 from planter.papers.planting.machines import DEVIATIONS, add_deviations
 from planter.papers.planting.model import Device, build_machine
 from planter.papers.planting.requirements import RequirementConstraints
-from planter.rows.tolerance.adapter import MachineAdapter
-from planter.rows.tolerance.job import Spread
-from planter.rows.tolerance.robust import RobustGoal, Settings
+from planter.rows.adapter import MachineAdapter
+from planter.rows.points import Spread
+from planter.rows.robust import RobustGoal, Settings
 
 Ends = Mapping[str, tuple[float, float]]
 ToleranceSpec = dict[str, Any]

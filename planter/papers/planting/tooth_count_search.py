@@ -12,9 +12,9 @@ from dataclasses import replace
 import numpy as np
 
 from planter.engine.solvers.certificate import ActiveConstraint
+from planter.engine.solvers.curve_sum import Sampling
 from planter.engine.solvers.local_search import AGREEMENT_TOLERANCE, STATIONARITY_TOLERANCE
 from planter.engine.solvers.optimiser import Method
-from planter.engine.solvers.range_variance import Sampling
 from planter.errors import ComputationError, GeometryError
 from planter.gears.geometry import cutting
 from planter.gears.geometry.cutting import ToothedPair, ToothOrder, cut_teeth
@@ -28,6 +28,7 @@ from planter.papers.planting.design_results import (
     ToothCountStage,
 )
 from planter.papers.planting.model import Device
+from planter.papers.planting.objective import build_problem
 from planter.papers.planting.optimisation import (
     DeviceOptimum,
     Optimisation,
@@ -98,9 +99,7 @@ class ToothCountSearch:
 
     def _search_design(self, counts: ToothCounts) -> ToothCountCandidate:
         constraints = self.constraints.with_spec(self.constraints.spec.with_teeth(counts))
-        task = optimisation.build_constrained_problem(
-            constraints.device, self.sampling, self.required, constraints
-        )
+        task = build_problem(constraints.device, self.sampling, self.required, constraints)
         try:
             minimum = optimisation.search_from_design(task, self.free)
         except ComputationError:
@@ -261,9 +260,7 @@ def _check_feasibility(device: Device, spec: ToothCountSpec, seed: int) -> None:
     for bounds in compute_length_ranges(constraints):
         bounds.check(spec.teeth[bounds.stage])
     if required is not None and spec.is_complete:
-        task = optimisation.build_constrained_problem(
-            device, device.machine.objective.samples, required, constraints
-        )
+        task = build_problem(device, device.machine.objective.samples, required, constraints)
         optimisation.find_feasible_point(task, required, seed, constraints)
 
 
@@ -305,8 +302,6 @@ def _find_free_optimum(
     """
     if optimum.objective >= free.objective:
         return free.design, free.objective
-    task = optimisation.build_constrained_problem(
-        device, free.sampling, RequirementConstraints.from_device(device)
-    )
+    task = build_problem(device, free.sampling, RequirementConstraints.from_device(device))
     minimum = optimisation.search_from_design(task, optimum.design)
     return task.design(minimum.u), minimum.objective

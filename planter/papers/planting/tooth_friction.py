@@ -31,7 +31,6 @@ from planter.numerics import piecewise
 from planter.numerics.arrays import TURN
 from planter.papers.planting.lifted import JOINTS, TOTALS, LiftedCycle, LiftedModel, Lifting
 from planter.papers.planting.model import Device
-from planter.papers.planting.objective import read_weights
 from planter.papers.planting.results import Statistics
 
 NODES = 3
@@ -217,7 +216,7 @@ def compute_friction(device: Device, x: Array, stages: Sequence[ToothedPair]) ->
         pressure_angle_deg=float(np.degrees(stages[0].order.pressure_angle)),
         angles=len(teeth.angles.phi),
         pairs=[mesh.pairs for mesh in bearings],
-        objective=read_weights(device.machine).value(sampled.range_N, sampled.variance_N2),
+        objective=device.machine.objective.value(sampled.range_N, sampled.variance_N2),
         support_changed_N=float(np.abs(support - support[0]).max()),
         **{kind: summarise_turn(teeth, turn) for kind, turn in turns.items()},
         at_most_N=compute_maximum_forces(teeth),

@@ -1,5 +1,5 @@
-"""An unchanged equation is not judged twice: keys of findings, and what is judged again when
-something changes.
+"""An unchanged paper is not judged twice: keys of findings, and what is judged again when something
+changes.
 """
 
 from __future__ import annotations
@@ -8,11 +8,9 @@ import json
 import os
 import subprocess
 import sys
-from collections.abc import Sequence
 from concurrent.futures import Future
 from dataclasses import replace
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import pytest
@@ -21,8 +19,8 @@ import sympy as sp
 from derive import papers
 from derive.__main__ import GENERATED
 from derive.audit import key, record, verdicts
-from derive.audit.case import Case
 from derive.audit.judge import Judgement
+from derive.audit.paper import Paper
 from derive.audit.reading_search import list_reasons
 from derive.discovery import import_modules, load_user_modules
 from derive.papers import shi2021, wang2017, yu2023
@@ -35,15 +33,14 @@ CASES = verdicts.find_cases(import_modules(papers))
 PRINT_KEYS = """
 from derive.audit import key
 from derive.papers import shi2021, wang2017
-print(*(key.equation_key(shi2021.CASE, n) for n in shi2021.PAPER.equations), key.laws_key(wang2017.CASE, {}))
+print(key.equations_key(shi2021.CASE), key.laws_key(wang2017.CASE, {}))
 """
-
-Records = tuple[list[record.Record], list[record.Record]]
-"""Of equations, and of laws."""
 
 
 class Here:
-    """Runs in this process what would run in others, and counts it."""
+    """Answers in the place of other processes with records that say only what they were made from,
+    and counts what is judged.
+    """
 
     def __init__(self) -> None:
         self.judged: list[Any] = []
@@ -54,122 +51,67 @@ class Here:
     def __exit__(self, *_: object) -> None:
         return None
 
-    def submit(self, function: Any, module: str, *arguments: Any) -> Future[Any]:
+    def submit(self, function: Any, module: str, subject: Any, its_key: str) -> Future[Any]:
+        case = CASES[module]
+        record: dict[str, Any] = {"paper": case.paper.name, "key": its_key, "mathml": {}}
+        is_law = function is verdicts._laws
+        self.judged += ["laws"] if is_law else [(module, number) for number in subject]
         future: Future[Any] = Future()
-        if len(arguments) == 1:
-            self.judged.extend((module, number) for number in arguments[0])
-            future.set_result(function(module, *arguments))
+        if is_law:
+            future.set_result([record | {"law": "made up", "search": "", "shares": []}])
         else:
-            self.judged.append("laws")
-            made_up = {
-                "paper": CASES[module].paper.name,
-                "law": "made up",
-                "search": "",
-                "key": arguments[-1],
-                "shares": [],
-            }
-            future.set_result([made_up])
+            meanings = {n: [c.meaning for c in case.choices(n)] for n in subject}
+            future.set_result(
+                [record | {"equation": n, "answer": "".join(meanings[n][:1])} for n in subject]
+            )
         return future
 
 
-def counting(patch: pytest.MonkeyPatch) -> Here:
-    """Every judgement, made for nothing: a record that says only what it was made from."""
+@pytest.fixture
+def counted(monkeypatch: pytest.MonkeyPatch) -> Here:
+    """What is judged, made for nothing."""
     local = Here()
-    patch.setattr(verdicts, "ProcessPoolExecutor", lambda **_: local)
-    patch.setattr(
-        verdicts,
-        "record_equations",
-        lambda case, keys: [
-            {
-                "paper": case.paper.name,
-                "equation": n,
-                "key": its_key,
-                "answer": _first(case, n),
-                "mathml": {},
-            }
-            for n, its_key in keys.items()
-        ],
-    )
+    monkeypatch.setattr(verdicts, "ProcessPoolExecutor", lambda **_: local)
     return local
 
 
-def _first(case: Case, number: str) -> str:
-    return case.choices(number)[0].meaning if case.choices(number) else ""
+def audited(earlier: Any = ((), ())) -> Any:
+    records = {(r["paper"], r["equation"]): r for r in earlier[0]}
+    return verdicts.judge_modules((shi2021, wang2017), records, earlier[1])
 
 
-@pytest.fixture
-def counted(first: Records, monkeypatch: pytest.MonkeyPatch) -> Here:
-    """What is judged after the first time."""
-    return counting(monkeypatch)
+def change(patch: pytest.MonkeyPatch, paper: Paper, number: str) -> None:
+    printed = paper.equations[number]
+    patch.setitem(paper.equations, number, replace(printed, residual=2 * printed.residual))
 
 
-@pytest.fixture(scope="module")
-def first() -> Records:
-    """Papers of two machines, judged from nothing."""
-    with pytest.MonkeyPatch.context() as patch:
-        counting(patch)
-        return audited(([], []))
-
-
-def audited(earlier: Records, rooms: Sequence[ModuleType] = (shi2021, wang2017)) -> Records:
-    typeset: dict[str, dict[str, Any]] = {}
-    for judged in earlier[0]:
-        typeset.setdefault(judged["paper"], {})[judged["equation"]] = judged["mathml"]
-    return verdicts.judge_modules(rooms, record.index_records(earlier[0], typeset), earlier[1])
-
-
-@pytest.mark.long
-def test_second_audit_reuses_all_judgements(counted: Here) -> None:
-    rooms = tuple(import_modules(papers))
-    first = audited(([], []), rooms)
-    total = sum(len(case.paper.equations) for case in CASES.values())
-    assert len(counted.judged) == total + 1
+def test_changed_paper_alone_is_judged_again(
+    counted: Here, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    first = audited()
+    everything = {(m.__name__, n) for m in (wang2017, shi2021) for n in m.PAPER.equations}
+    assert set(counted.judged) == everything | {"laws"}
+    assert counted.judged.index("laws") == len(wang2017.PAPER.equations)
     counted.judged.clear()
-    assert audited(first, rooms) == first
+    assert audited(first) == first
     assert counted.judged == []
-
-
-def test_a_changed_transcription_alone_is_judged_again(
-    counted: Here, first: Records, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    printed = shi2021.PAPER.equations["2a"]
-    monkeypatch.setitem(
-        shi2021.PAPER.equations, "2a", replace(printed, residual=2 * printed.residual)
-    )
+    change(monkeypatch, shi2021.PAPER, "2a")
     second = audited(first)
-    assert counted.judged == [(shi2021.__name__, "2a")]
-    assert [r for r in second[0] if r not in first[0]] == [
-        next(r for r in second[0] if r["equation"] == "2a")
-    ]
-
-
-def test_changed_chain_equation_repeats_laws(
-    counted: Here, first: Records, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    printed = wang2017.PAPER.equations["19"]
-    monkeypatch.setitem(
-        wang2017.PAPER.equations, "19", replace(printed, residual=-printed.residual)
-    )
-    audited(first)
-    linked = wang2017.CASE.linked("19")
-    assert set(linked) > {"17", "19"}
-    assert counted.judged == [*((wang2017.__name__, n) for n in linked), "laws"]
-
-
-def test_with_another_engine_all_is_judged_again(
-    counted: Here, first: Records, monkeypatch: pytest.MonkeyPatch
-) -> None:
+    assert {module for module, _ in counted.judged} == {shi2021.__name__}
+    counted.judged.clear()
+    change(monkeypatch, wang2017.PAPER, "19")
+    audited(second)
+    assert counted.judged[-1] == "laws"
+    assert {module for module, _ in counted.judged[:-1]} == {wang2017.__name__}
+    counted.judged.clear()
     monkeypatch.setattr(key, "engine_key", lambda *modules: "another")
-    audited(first)
-    assert len(counted.judged) == len(first[0]) + 1
+    audited(second)
+    assert len(counted.judged) == len(everything) + 1
 
 
-def test_a_changed_derivation_reading_or_point_changes_the_key(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_a_changed_derivation_reading_or_point_changes_the_key() -> None:
     case, subject = yu2023.CASE, yu2023.CASE.subject
     number, claim = "Y1", yu2023.PAPER.equations["Y1"].claims
-    before = key.equation_key(case, number)
     derived = {
         **case.claims,
         claim: replace(case.claims[claim], residual=2 * case.claims[claim].residual),
@@ -192,8 +134,9 @@ def test_a_changed_derivation_reading_or_point_changes_the_key(
             ),
         ),
     ]
-    assert key.equation_key(replace(case), number) == before
-    assert before not in {key.equation_key(other, number) for other in variants}
+    before = key.equations_key(case)
+    assert key.equations_key(replace(case)) == before
+    assert before not in {key.equations_key(other) for other in variants}
 
 
 @pytest.mark.long
@@ -201,28 +144,22 @@ def test_action_names_change_the_key_but_symbol_meanings_do_not() -> None:
     case, number = wang2017.CASE, "25"
     called = case.subject.actions()
     force = next(s for s in called if str(s) == "F_Ex")
-    other = replace(
-        case,
-        subject=tampered(case.subject, actions=lambda _: called | {force: "push of the cam, x"}),
-    )
-    assert key.equation_key(other, number) != key.equation_key(case, number)
-    judgement, printed = (
-        Judgement("incomplete", "", missing=(sp.sin(1) * force,)),
-        case.paper.equations[number],
-    )
-    renamed = Quantity(force.name, force.unit, "something else", "test")
-    for symbol in (force, renamed):
+    renamed = called | {force: "push of the cam, x"}
+    other = replace(case, subject=tampered(case.subject, actions=lambda _: renamed))
+    assert key.equations_key(other) != key.equations_key(case)
+    printed = case.paper.equations[number]
+    for symbol in (force, Quantity(force.name, force.unit, "something else", "test")):
         incomplete = Judgement("incomplete", "", missing=(sp.sin(1) * symbol,))
-        assert list_reasons(incomplete, printed, called) == (
-            f"lacks {called[force].rpartition(', ')[0]}",
-        )
-    assert list_reasons(judgement, printed, other.subject.actions()) == ("lacks push of the cam",)
+        for names in (called, renamed):
+            assert list_reasons(incomplete, printed, names) == (
+                f"lacks {names[force].rpartition(', ')[0]}",
+            )
 
 
 def test_engine_key_covers_exactly_judging_code() -> None:
     names = {
         path.relative_to(ROOT / "derive").as_posix()
-        for path in key.sources(["derive.audit.record"])
+        for path in key.list_sources(["derive.audit.record"])
     }
     assert {
         "audit/record.py",
@@ -237,7 +174,7 @@ def test_engine_key_covers_exactly_judging_code() -> None:
         for n in names
         if n.startswith(("papers/", "systems/", "emit/")) or n == "audit/verdicts.py"
     ]
-    of_laws = {p.name for p in key.sources(["derive.audit.laws", laws.__name__])}
+    of_laws = {p.name for p in key.list_sources(["derive.audit.laws", laws.__name__])}
     assert {"subject.py", "chain.py", "derivation.py", "bodies.py", "pitch_curve.py"} <= of_laws
 
 
@@ -285,11 +222,6 @@ def test_engine_hash_ignores_docstrings_alone(
 
 @pytest.mark.parametrize("seed", ["1", pytest.param("20171", marks=pytest.mark.long)])
 def test_keys_do_not_depend_on_the_hash_seed(seed: str) -> None:
-    case = shi2021.CASE
-    keys = [
-        *(key.equation_key(case, n) for n in case.paper.equations),
-        key.laws_key(wang2017.CASE, {}),
-    ]
     process = subprocess.run(
         [sys.executable, "-c", PRINT_KEYS],
         cwd=ROOT,
@@ -298,27 +230,20 @@ def test_keys_do_not_depend_on_the_hash_seed(seed: str) -> None:
         text=True,
         check=True,
     )
+    keys = [key.equations_key(shi2021.CASE), key.laws_key(wang2017.CASE, {})]
     assert process.stdout.split() == keys
 
 
 def test_the_committed_records_are_those_of_this_code() -> None:
     committed = json.loads((GENERATED / "audit.json").read_text(encoding="utf-8"))
-    typeset_records = json.loads((GENERATED / "audit_mathml.json").read_text(encoding="utf-8"))
-    records = record.index_records(committed["equations"], typeset_records)
-    stale = [
-        (case.paper.name, n)
-        for case in CASES.values()
-        for n in case.paper.equations
-        if not record.is_reusable(records.get((case.paper.name, n)), key.equation_key(case, n))
-    ]
-    assert stale == []
-    answers = {
-        r["equation"]: r["answer"]
-        for r in committed["equations"]
-        if r["paper"] == wang2017.PAPER.name
-    }
-    chosen = wang2017.CASE.select_choices({n: answers[n] for n in wang2017.CASE.executed})
-    assert {law["key"] for law in committed["laws"]} == {key.laws_key(wang2017.CASE, chosen)}
+    equations = {(r["paper"], r["equation"]): r for r in committed["equations"]}
+    for case in CASES.values():
+        its_key, name = key.equations_key(case), case.paper.name
+        assert {equations[name, n]["key"] for n in case.paper.equations} == {its_key}
+    case = wang2017.CASE
+    answers = {n: equations[case.paper.name, n]["answer"] for n in case.executed}
+    law_key = key.laws_key(case, case.select_choices(answers))
+    assert {law["key"] for law in committed["laws"]} == {law_key}
 
 
 def test_reused_records_are_written_unchanged(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -242,10 +242,6 @@ def test_shares_of_two_equations_by_hand(printed: ChainLaws) -> None:
     assert first.shapley == pytest.approx(((sizes[0] - sizes[2]) + (sizes[1] - sizes[3])) / 2)
 
 
-def test_every_search_of_the_record_was_exhaustive(records: list[Record]) -> None:
-    assert {record["search"] for record in records} == {"exhaustive"}
-
-
 def test_derivation_violating_a_law_is_refused(printed: ChainLaws) -> None:
     claim = printed.side.equations["13"].claims
     derived = printed.dynamics.claims[claim]

@@ -20,7 +20,6 @@ from tests.support.errors import KINDS, REVERSED
 from tests.support.mutations import CASES, judge_alone, outcome, untouched
 from tests.support.rewrites import PLACES_KEPT, REWRITES
 from tests.support.sampled import sampled
-from tests.support.tally import is_told, tally
 
 PLANTED = 16
 """Errors that are planted in each paper; the suite judges the first, the long tests the others and
@@ -80,24 +79,21 @@ def test_planted_error_changes_a_contradicted_finding(index: int) -> None:
     )
 
 
-@pytest.mark.parametrize("paper", PAPERS)
-def test_planted_errors_are_of_many_kinds_and_many_equations(paper: str) -> None:
-    planted = mutations.mutants(paper, PLANTED)
-    assert (
-        len({(m.equation.number, m.equation.residual, m.equation.relation) for m in planted})
-        == PLANTED
-    )
-    assert len({m.kind for m in planted}) >= 5
-    assert len({m.equation.number for m in planted}) >= PLANTED // 2
-
-
 @pytest.mark.long
 @pytest.mark.parametrize("paper", PAPERS)
 def test_many_errors_are_explained_and_rewrites_ignored(paper: str) -> None:
-    counts = tally(paper, MANY)
-    assert counts.noticed == counts.planted
-    assert counts.corrected >= EXACT * counts.in_sound
-    assert counts.accused == 0
+    errors = mutations.mutants(paper, MANY)
+    for error in errors:
+        number = error.equation.number
+        assert outcome(judge_alone(paper, error.equation)) != outcome(untouched(paper, number))
+    sound = [error for error in errors if mutations.is_sound(paper, printed(paper, error))]
+    assert sum(is_explained(paper, error) for error in sound) >= EXACT * len(sound)
+    for name, rewrite in REWRITES.items():
+        for number in mutations.derivable(paper):
+            equation = CASES[paper].paper.equations[number]
+            if name in PLACES_KEPT or mutations.is_sound(paper, equation):
+                again = judge_alone(paper, rewrite(equation))
+                assert again.verdict == untouched(paper, number).verdict, (name, number)
 
 
 @pytest.mark.parametrize("paper", PAPERS)
@@ -107,10 +103,26 @@ def test_most_errors_are_explained_correctly(paper: str) -> None:
         for m in mutations.mutants(paper, PLANTED)[::4]
         if mutations.is_sound(paper, printed(paper, m))
     ]
-    explained = [m for m in planted if is_told(paper, m)]
+    explained = [m for m in planted if is_explained(paper, m)]
     assert len(explained) >= EXACT * len(planted) - 1, [
         (m.equation.number, m.change) for m in planted if m not in explained
     ]
+
+
+def is_explained(paper: str, mutant: mutations.Mutant) -> bool:
+    """Whether an error in a sound equation is told as what it is: its correction, or the very terms
+    that are gone.
+    """
+    judgement = judge_alone(paper, mutant.equation)
+    if judgement.corrections and not judgement.missing and not judgement.unexplained:
+        return min(map(len, judgement.corrections)) <= mutant.errors
+    if judgement.verdict != "incomplete" or judgement.corrections:
+        return False
+    before, after = (mutations.read(paper, e) for e in (printed(paper, mutant), mutant.equation))
+    # up to a sign or factor on the whole
+    taken, reported = before - after, sp.Add(*judgement.missing)
+    points = CASES[paper].points
+    return len({round(float(point(taken) / point(reported)), 9) for point in points}) == 1
 
 
 def printed(paper: str, mutant: mutations.Mutant) -> Equation:
@@ -142,21 +154,6 @@ def test_rewrite_of_faulty_equation_changes_only_positions(
             judge_alone(paper, REWRITES[name](equation)),
         )
         assert _shape(after) == _shape(before), equation.number
-
-
-def test_there_are_twenty_rewrites_and_each_is_used() -> None:
-    assert len(REWRITES) >= 20
-    unused = {
-        name
-        for name, rewrite in REWRITES.items()
-        if not any(
-            _differs(rewrite(e), e)
-            for p in PAPERS
-            for sound in (True, False)
-            for e in _derivable(p, sound)
-        )
-    }
-    assert not unused
 
 
 @pytest.mark.parametrize(
@@ -204,10 +201,6 @@ def _terms(paper: str, equation: Equation) -> list[sp.Expr]:
     derived = CASES[paper].pair(equation.number)[1]
     terms = [t for t in expand_sum(derived.residual) if t != derived.defines]
     return terms if derived.defines is not None or len(terms) > 1 else []
-
-
-def _differs(first: Equation, other: Equation) -> bool:
-    return (first.residual, first.relation) != (other.residual, other.relation)
 
 
 def _shape(judgement: Judgement) -> tuple[object, ...]:

@@ -12,10 +12,10 @@ import pytest
 import derive.audit
 import derive.papers
 from derive.audit.paper import Paper
-from derive.audit.reading_search import judge_readings
 from derive.audit.typesetting import GREEK
 from derive.generated_folder import GENERATED
 from derive.quantity import _BASE
+from tests.support.made_up import judge_number
 from tests.support.mutations import CASES, at_its_points, derivable, outcome, untouched
 from tests.support.sampled import sampled
 
@@ -69,7 +69,7 @@ def test_renamed_paper_gets_the_same_verdicts(name: str, share: int) -> None:
     )
     copy = at_its_points(name, paper)
     for number in derivable(name)[share::SHARES]:
-        judgement = judge_readings(copy, renamed[number]).kindest.judgement
+        judgement = judge_number(copy, renamed[number])
         assert outcome(judgement) == outcome(untouched(name, number)), number
 
 

@@ -9,7 +9,6 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
-from typing import Any
 
 import pytest
 
@@ -34,17 +33,15 @@ def loaded(folder: Path, text: str) -> ModuleType:
     file = folder / f"{NAME}.py"
     file.write_text(text, encoding="utf-8")
     sys.modules.pop(NAME, None)
-    verdicts.load([(NAME, str(file))])
+    verdicts.load_modules([(NAME, str(file))])
     return sys.modules[NAME]
 
 
-def audit_modules(modules: list[ModuleType], committed: Path | None = None) -> dict[str, Any]:
-    content: dict[str, Any] = json.loads(verdicts.judge_cases(modules, committed)["audit.json"])
-    return content
-
-
 def test_planted_error_in_external_paper_is_reported(folder: Path) -> None:
-    content = audit_modules([loaded(folder, TEXT.replace("WEIGHT", "2"))])
+    texts = verdicts.judge_cases([loaded(folder, TEXT.replace("WEIGHT", "2"))])
+    content = json.loads(texts["audit.json"])
+    for line in ("## Made up 2024", "| centrifuge2024 | support is the weight |"):
+        assert line in texts["AUDIT.md"]
     assert {r["equation"]: r["verdict"] for r in content["equations"]} == {
         "1": "misprint",
         "2": "confirmed",
@@ -60,7 +57,8 @@ def test_planted_error_in_external_paper_is_reported(folder: Path) -> None:
 
 
 def test_the_same_paper_without_the_error_is_confirmed(folder: Path) -> None:
-    content = audit_modules([loaded(folder, TEXT.replace("WEIGHT", "1"))])
+    module = loaded(folder, TEXT.replace("WEIGHT", "1"))
+    content = json.loads(verdicts.judge_cases([module])["audit.json"])
     assert {r["verdict"] for r in content["equations"]} == {"confirmed"}
     assert [(law["violation"], law["caused_by"]) for law in content["laws"]] == [(0.0, [])]
 
@@ -75,12 +73,6 @@ def test_external_paper_is_not_judged_twice(folder: Path, monkeypatch: pytest.Mo
     module.PAPER.equations["2"] = module.PAPER.equations["1"]
     with pytest.raises(TypeError):
         verdicts.judge_cases([module], folder / "audit.json")
-
-
-def test_the_page_shows_a_paper_from_outside(folder: Path) -> None:
-    page = verdicts.judge_cases([loaded(folder, TEXT.replace("WEIGHT", "2"))])["AUDIT.md"]
-    assert "## Made up 2024" in page
-    assert "| centrifuge2024 | support is the weight |" in page
 
 
 def test_a_wrong_claim_is_refused_before_anything_is_judged(
@@ -100,7 +92,7 @@ def test_a_wrong_claim_is_refused_before_anything_is_judged(
 
 def test_external_law_key_covers_module_and_imports(folder: Path) -> None:
     module = loaded(folder, TEXT.replace("WEIGHT", "1"))
-    names = {path.name for path in key.sources([NAME])}
+    names = {path.name for path in key.list_sources([NAME])}
     assert names >= {f"{NAME}.py", "paper.py", "chain.py", "quantity.py"}
     assert not names & {"core.py", "sympify.py", "numeric.py"}
     assert key.laws_key(module.CASE, {})

@@ -12,13 +12,14 @@ from mpmath import mpf
 from sympy import cos
 
 from derive import Mechanism, quantities
-from derive.audit.record import record_equation
 from derive.audit.texts.documents import build_document
 from derive.audit.texts.names import NameTable, spell_name
 from derive.audit.texts.trial import build_trial
-from derive.audit.user_mechanism.configurations import ConfigurationSubject, is_free_of_bodies
+from derive.audit.user_mechanism.motions import ConfigurationSubject
+from derive.audit.user_mechanism.trial import build_subject
 from derive.evaluate import DIGITS, Point
 from derive.mechanics.statement import MechanismError
+from tests.support.made_up import record_equation
 
 DATA = """
     a | m | crank   | 0.1
@@ -72,7 +73,7 @@ def test_rates_and_accelerations_keep_the_loop_closed(subject: ConfigurationSubj
 
 def test_text_of_kinematics_alone_is_judged_without_bodies() -> None:
     module = four_bar()
-    assert is_free_of_bodies(module.m)
+    assert isinstance(build_subject(module.m), ConfigurationSubject)
     text = r"""\begin{align}
     a\cos\theta_1 + b\cos\theta_2 &= d + c\cos\theta_3 \tag{1}\\
     a\dot\theta_1\cos\theta_1 + b\dot\theta_2\cos\theta_2 &= c\dot\theta_3\cos\theta_3 \tag{2}\\
@@ -87,7 +88,7 @@ def test_text_of_kinematics_alone_is_judged_without_bodies() -> None:
     records = {
         record["equation"]: record
         for number in case.paper.equations
-        for record in [record_equation(case, number, "")]
+        for record in [record_equation(case, number)]
     }
     verdicts = {number: record["verdict"] for number, record in records.items()}
     assert verdicts == {

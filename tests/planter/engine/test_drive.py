@@ -19,7 +19,6 @@ from planter.errors import ComputationError, InputError
 from planter.mechanism.cycle import simulate_machine
 from planter.mechanism.machines import build_machine
 from tests.support import own
-from tests.support.cli import answer
 
 SPEED = 300 * np.pi / 30
 MOTOR = Motor(20.0, 1.07 * SPEED, 0.02)
@@ -118,11 +117,3 @@ def test_undrivable_machine_is_refused() -> None:
         DrivenMachine(machine(omega_rpm=-300.0), MOTOR)
     with pytest.raises(ComputationError, match="stalls"):
         DrivenMachine(base, replace(MOTOR, stall=0.01, flywheel=1e-4), []).run(SPEED, 20, 36)
-
-
-def test_command_answers_for_a_file() -> None:
-    path = str(own.generated("slider_crank") / "slider_crank.toml")
-    motor = ("--stall-Nm", "20", "--idle-rpm", "320", "--flywheel-kgm2", "0.02")
-    result = answer("drive", path, *motor, "--turns", "2", "--samples", "90")
-    assert len(result["turns_rpm"]) == 3
-    assert result["inertia_min_kgm2"] < result["inertia_mean_kgm2"] < result["inertia_max_kgm2"]

@@ -12,7 +12,6 @@ import pytest
 
 from planter.engine.loops import TURN
 from planter.engine.machine import Machine, load_machine
-from planter.engine.nodes import FixedNodes
 from planter.engine.response import MachineResponse
 from planter.errors import ComputationError, InputError
 from planter.mechanism.machines import build_machine
@@ -60,23 +59,6 @@ def test_derivatives_are_those_of_differences(name: str) -> None:
     rates = response.rates(response.at(x), ANGLES)
     np.testing.assert_allclose((weights * rates[0]).sum(), slopes[0], rtol=1e-12)
     np.testing.assert_allclose((weights * rates[1]).sum(), bent[0, 0], rtol=1e-11)
-
-
-def test_samples_are_in_the_units_of_their_keys() -> None:
-    built = machine("slider_crank", "r_mm")
-    quantity = built.find_quantity("s")
-    sampled = FixedNodes(built, ["s"], ANGLES)(built.design)
-    si = MachineResponse(built, ["s"]).values(
-        MachineResponse(built, ["s"]).at(built.design), ANGLES
-    )
-    assert quantity.key.endswith("_mm")
-    np.testing.assert_allclose(sampled.values * quantity.factor, si, rtol=1e-13)
-
-
-def test_machine_loads_by_file() -> None:
-    path = own.generated("slider_crank") / "slider_crank.toml"
-    built = load_machine(str(path), {"r_mm": 55.0})
-    assert built.data[built.find_index("r_mm")] == pytest.approx(0.055)
 
 
 def test_unknown_names_are_refused_with_close_ones() -> None:

@@ -15,7 +15,6 @@ from planter.engine.measures import (
     Measure,
     MeasureCondition,
     format_sum,
-    parse_distance,
     parse_limit,
     parse_measure,
     parse_sum,
@@ -184,16 +183,9 @@ def test_invalid_limit_is_refused(text: str, part: str) -> None:
     assert part in caught.value.message
 
 
-def test_time_belongs_to_single_measures() -> None:
+def test_times_are_read_in_seconds() -> None:
     assert parse_measure("x at 2 s", "number 1") == Measure("at", "x", angle=2, in_time=True)
-    with pytest.raises(InputError, match="'s' at character 8"):
-        parse_sum("x at 2 s")
-
-
-def test_distance_name_round_trips() -> None:
-    for text in CURVES:
-        (term,) = parse_sum(f"max {text}")
-        distance = parse_distance(term.name)
-        assert distance is not None
-        assert str(distance) == text == term.name
-    assert parse_distance("distance") is None
+    (term,) = parse_sum("max abs x over 0.5..2 s while y >= 1")
+    assert (term.span, str(term)) == ((0.5, 2.0), "max abs x over 0.5..2 s while y >= 1")
+    with pytest.raises(InputError, match="ends after"):
+        parse_limit("max x over 2..1 s <= 3")

@@ -4,7 +4,6 @@ differences.
 
 from collections.abc import Sequence
 from functools import cache
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,16 +12,15 @@ from planter.engine.curves import QuantityCurves
 from planter.engine.goal import Goal
 from planter.engine.loops import TURN
 from planter.engine.machine import Machine, load_machine
-from planter.engine.measures import Extremum, Measure
-from planter.engine.nodes import ExtremumNode, FixedNodes, Nodes
+from planter.engine.measures import Measure, parse_sum
+from planter.engine.nodes import NodeMeasure
+from planter.engine.response import MachineResponse
 from planter.engine.solvers.cycle_panels import CyclePanels
 from planter.engine.summary import summarise_machine
 from planter.kernels import Array
 from planter.mechanism.machines import build_machine
 from tests.planter.engine.solvers.toys import check_derivatives
 from tests.support import own
-
-NAMES = ("s", "F_Ox")
 
 
 @cache
@@ -32,32 +30,22 @@ def machine(name: str = "slider_crank", *moved: str) -> Machine:
     )
 
 
-NODES = {
-    "angles": lambda: FixedNodes(machine(), NAMES, np.array([0.3, 2.0])),
-    "where": lambda: ExtremumNode(machine(), NAMES, Extremum("beta", 1)),
-}
-
-
-@pytest.mark.parametrize("build", NODES.values(), ids=NODES.keys())
-def test_derivatives_are_those_of_differences(build: object) -> None:
-    nodes: Nodes = build()  # type: ignore[operator]
-    x = machine().design
-    shape = nodes(x).values.shape
-    rows = SimpleNamespace(
-        values=lambda y: nodes.evaluate(y).values.ravel(),
-        slopes=lambda y: nodes.evaluate(y).slopes.reshape(-1, len(x)),
-        curvature=lambda y, weights: nodes.evaluate(y).curvature(weights.reshape(shape)),
-    )
-    weights = np.random.default_rng(7).normal(size=np.prod(shape))
-    check_derivatives(rows, x, weights, np.maximum(np.abs(x), 1e-2), 2e-6, (1e-6, 1e-5))
+@pytest.mark.parametrize(
+    "text", ["2 s at 30", "F_Ox where beta is greatest", "abs F_Ox where beta is greatest"]
+)
+def test_derivatives_are_those_of_differences(text: str) -> None:
+    (measure,) = parse_sum(text)
+    node, x = NodeMeasure(machine(), measure), machine().design
+    weights = np.random.default_rng(7).normal(size=1 + len(node.groups))
+    check_derivatives(node, x, weights, np.maximum(np.abs(x), 1e-2), 2e-6, (1e-6, 1e-5))
 
 
 def test_extremum_equals_dense_grid() -> None:
-    node = ExtremumNode(machine(), ["beta"], Extremum("beta", -1))
-    grid = TURN * np.arange(7200) / 7200
-    beta = FixedNodes(machine(), ["beta"], grid)(machine().design).values[0]
-    assert node(machine().design).values[0, 0] == pytest.approx(beta.min(), rel=1e-6)
-    assert node(machine().design).values[0, 0] <= beta.min()
+    (measure,) = parse_sum("beta where beta is least")
+    least = NodeMeasure(machine(), measure).value(machine().design)
+    response, grid = MachineResponse(machine(), ["beta"]), TURN * np.arange(7200) / 7200
+    beta = response.values(response.at(machine().design), grid)[0] / response.quantities[0].factor
+    assert beta.min() * (1 + 1e-6) <= least <= beta.min()
 
 
 def measure_jumps(machine: Machine, names: Sequence[str], x: Array | None = None) -> Array:

@@ -1,5 +1,5 @@
-"""Outputs of a machine in rows: slopes against differences, first-order bands against drawn ones,
-reasons.
+"""Outputs of a machine in rows and batches: slopes against differences, first-order bands against
+drawn ones, reasons, refusals.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from planter import CallError, OutputBatch, evaluate_many, load_machine
 from planter.engine.goal import Goal, resolve_measure
 from planter.engine.machine import Machine
 from planter.engine.measures import parse_sum
@@ -19,9 +20,8 @@ from planter.errors import ComputationError, InputError, PlanterError
 from planter.kernels import Array, backends
 from planter.mechanism.machines import build_machine
 from planter.mechanism.model import Model
-from planter.rows.sweeps.plan import SobolSequence
-from planter.rows.tolerance.analysis import compute_bands, first_order_std
-from planter.rows.tolerance.job import Spread
+from planter.rows.points import SobolSequence, Spread
+from planter.rows.tolerance_analysis import compute_bands, first_order_std
 from tests.support import own
 
 INPUTS = ("values.r_mm", "values.m_r_kg", "values.omega_rpm")
@@ -32,7 +32,7 @@ ANGLES = 36
 @pytest.fixture(autouse=True)
 def plain_kernels(monkeypatch: pytest.MonkeyPatch) -> None:
     """Compile nothing: rows are few here."""
-    monkeypatch.setattr(backends, "select_fastest", backends.build_virtual_machine)
+    monkeypatch.setattr(backends, "select_fastest", backends.VirtualMachine)
 
 
 def slider_crank() -> Machine:
@@ -56,19 +56,6 @@ def test_slopes_of_outputs_agree_with_differences() -> None:
     assert np.abs(slopes[:, [1, 0, 2]] - differences).max() > 0.1, (
         "slopes in exchanged inputs are recognised"
     )
-
-
-def test_slopes_of_rows_are_those_of_each_alone() -> None:
-    outputs = SampledOutputs(slider_crank(), INPUTS, NAMES[:3], ANGLES)
-    points = outputs.machine.design / outputs.machine.scale * np.linspace(0.9, 1.1, 19)[:, None]
-    points[4, 0] = 400.0
-    values, slopes = outputs.gradients(points, 2)
-    assert np.isnan(values[4]).all()
-    assert np.isnan(slopes[4]).all()
-    for row in (0, 5, 18):
-        alone = outputs.slopes(points[row])
-        np.testing.assert_array_equal(values[row], alone[0])
-        np.testing.assert_array_equal(slopes[row], alone[1])
 
 
 def test_first_order_bands_are_those_of_drawn_machines() -> None:
@@ -190,3 +177,51 @@ def test_variance_equals_components_of_objective() -> None:
     outputs = SampledOutputs(machine, INPUTS, ["F_Ox_variance_N2", "F_Ox_std_N"], ANGLES)
     variance, std = outputs.evaluated(outputs.machine.design[None] / outputs.machine.scale, 1)[0]
     assert variance == pytest.approx(std**2, rel=1e-12)
+
+
+BATCH = ("M_in_rms_Nm", "F_Ox_max_N")
+
+
+def bounded_crank() -> Machine:
+    return load_machine(str(own.generated("slider_crank") / "slider_crank.toml"))
+
+
+def test_many_designs_have_exact_gradients_in_si() -> None:
+    machine = bounded_crank()
+    steps = 1e-5 * np.diag(machine.design)
+    designs = np.vstack([machine.design, machine.design + steps, machine.design - steps])
+    batch = evaluate_many(machine, designs, ANGLES, gradients=True, outputs=BATCH)
+    assert isinstance(batch, OutputBatch)
+    assert batch.gradient is not None
+    above, below = batch.values[1:4], batch.values[4:]
+    differences = ((above - below) / (2 * np.diag(steps))[:, None]).T
+    scale = np.abs(differences).max(axis=1, keepdims=True)
+    np.testing.assert_allclose(batch.gradient[0] / scale, differences / scale, atol=1e-7)
+    assert np.abs(batch.gradient[1] / scale - differences / scale).max() > 1e-6, (
+        "another design has another gradient"
+    )
+    np.testing.assert_array_equal(batch["F_Ox_max_N"], batch.values[:, 1])
+    plain = evaluate_many(machine, designs, ANGLES, outputs=BATCH, threads=2)
+    np.testing.assert_array_equal(plain.values, batch.values)
+    assert plain.gradient is None
+
+
+def test_designs_without_a_cycle_have_no_numbers() -> None:
+    machine = bounded_crank().with_moved({"values.l_mm": (20, 300)})
+    batch = evaluate_many(machine, np.array([[0.2], [0.02]]), ANGLES, gradients=True, outputs=BATCH)
+    assert batch.gradient is not None
+    assert np.isfinite(batch.values[0]).all()
+    assert np.isnan(batch.values[1]).all()
+    assert np.isnan(batch.gradient[1]).all()
+
+
+def test_wrong_outputs_and_shapes_are_refused() -> None:
+    machine = bounded_crank()
+    with pytest.raises(InputError, match="no output M_in_rms: did you mean M_in_rms_Nm"):
+        evaluate_many(machine, machine.design[None], outputs=["M_in_rms"])
+    with pytest.raises(InputError, match="outputs is empty"):
+        evaluate_many(machine, machine.design[None], outputs=[])
+    with pytest.raises(CallError, match="shape"):
+        evaluate_many(machine, machine.design, outputs=BATCH)
+    with pytest.raises(InputError, match="no values are to be varied"):
+        evaluate_many(machine.with_moved({}), np.empty((1, 0)), outputs=BATCH)

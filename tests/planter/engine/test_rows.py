@@ -14,7 +14,7 @@ from planter.engine.machine import load_machine
 from planter.engine.response import MachineResponse
 from planter.engine.rows import MachineRows, SampleBlock
 from planter.errors import ComputationError
-from planter.kernels import Array, Flags, Kernel, backends
+from planter.kernels import Array, Flags, Kernel
 from planter.mechanism.machines import build_machine
 from tests.planter.mechanism.test_periodicity import belt
 from tests.support import own
@@ -112,15 +112,6 @@ def test_halved_steps_do_not_change_digits() -> None:
             np.testing.assert_array_equal(
                 part.places[:, :, place], states.places[:, :, lane + place]
             )
-
-
-def test_rows_are_the_same_without_a_compiler(monkeypatch: pytest.MonkeyPatch) -> None:
-    machine = build_machine(own.file("cam_follower"))
-    d = spread(machine.data, 0.1, 9)
-    compiled = MachineRows(machine, ["N_cam"], ANGLES).evaluate(d, measure)
-    monkeypatch.setattr(backends, "select_fastest", backends.build_virtual_machine)
-    plain = MachineRows(machine, ["N_cam"], ANGLES).evaluate(d, measure)
-    np.testing.assert_allclose(plain, compiled, rtol=1e-12)
 
 
 def test_average_requires_periodic_cycle() -> None:

@@ -22,7 +22,7 @@ from planter.engine.sensitivity import compute_sensitivity
 from planter.engine.summary import PiecewiseCycle, build_rows, summarise
 from planter.exports.quantities import SampledGoal, build_motion, build_prologues
 from planter.kernels import Array, CallError, Kernel
-from planter.rows.tolerance.robust import RobustGoal, Settings
+from planter.rows.robust import RobustGoal, Settings
 
 STEP = 1e-30
 """Step of complex differences, whose error is rounding."""

@@ -18,7 +18,7 @@ from planter.exports.motion_tables import (
     convert_to_millimetres,
 )
 from planter.kernels import Array
-from planter.report.motion_formats import MotionFormat
+from planter.report.options import MotionFormat
 
 TIME = np.linspace(0.0, 0.7, 9)
 NUMBERS = {

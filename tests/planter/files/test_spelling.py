@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from planter.cli.explain import dictionary
-from planter.cli.explain.machine import explain_machine, find_meanings
+from planter.cli import dictionary
+from planter.cli.explanation import explain_machine, find_meanings
 from planter.engine.goal import resolve_limit, resolve_measure
 from planter.engine.machine import Machine, load_machine
 from planter.engine.measures import parse_limit, parse_sum

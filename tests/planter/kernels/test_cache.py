@@ -35,7 +35,7 @@ def way(kernel: Kernel) -> str:
 
 def compiled() -> Path:
     """The library of a kernel, by the work of a process before."""
-    return backends.build_lane_library(build_square().work)
+    return backends.build_library(build_square().work, "lanes")
 
 
 def owned_by_another(monkeypatch: pytest.MonkeyPatch, path: Path) -> None:
@@ -119,7 +119,7 @@ class TestLibrary:
     def test_each_folder_has_a_warning(self, caplog: pytest.LogCaptureFixture) -> None:
         kernels = [build_square(name) for name in ("one", "two")]
         for kernel in kernels:
-            backends.build_lane_library(kernel.work).chmod(0o777)
+            backends.build_library(kernel.work, "lanes").chmod(0o777)
         for kernel in kernels:
             kernel.compile()
         first, second = (r.getMessage() for r in caplog.records)

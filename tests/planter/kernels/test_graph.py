@@ -59,7 +59,7 @@ class TestSelects:
         monkeypatch.setitem(OPERATIONS, ca.OP_IF_ELSE_ZERO, ScalarOperation("{0} * {1}", 2))
         task = LaneTask(self.root.function, ("phi", "y"), summed=False)
         with np.errstate(all="ignore"):
-            actual = evaluated(task, backends.build_lane_backend(task), *self.at)
+            actual = evaluated(task, backends.build_compiled(task, "lanes"), *self.at)
         assert not np.isfinite(actual["flag"]).all()
 
     def test_a_derivative_takes_the_same_side(self) -> None:
@@ -128,7 +128,7 @@ class TestWhatVaries:
     def test_any_number_of_lanes(self, count: int) -> None:
         task = work("phi x y", FORCE, [phi, x, y], "phi")
         at = RNG.normal(size=(1, count))
-        actual = backends.build_lane_backend(task)(
+        actual = backends.build_compiled(task, "lanes")(
             [at, np.array([[0.3], [2.0]]), np.array([[0.7]])], count
         )
         assert actual[0] == pytest.approx(0.3 * np.sin(at) + 1.4, rel=1e-14)

@@ -11,6 +11,9 @@ import pytest
 from planter.errors import ComputationError
 from planter.kernels import CallError, Kernel, backends, toolchain
 from planter.kernels.backends import Backend, LaneTask
+from planter.kernels.compiler import CompilerError
+from planter.kernels.kernel import StackedKernel
+from planter.kernels.lane_graph import NotPrintableError
 from tests.support.lanes import needs_compiler
 
 
@@ -27,26 +30,27 @@ def test_lanes(kernel: Kernel) -> None:
     assert kernel(phi=phi, x=[2.0, 3.0])["y"] == pytest.approx(2 * np.sin(phi)[None] + 3)
 
 
-def test_a_missing_input_is_no_zero(kernel: Kernel) -> None:
-    with pytest.raises(CallError, match=r"f takes \['phi', 'x'\], and was given \['phi'\]"):
-        kernel(phi=0.5)
+REFUSED: dict[str, tuple[dict[str, object], str]] = {
+    "missing": ({"phi": 0.5}, r"f takes \['phi', 'x'\], and was given \['phi'\]"),
+    "unknown": ({"phi": 0.5, "x": [1.0, 2.0], "y": 3.0}, "was given"),
+    "a scalar for a vector": ({"phi": 0.5, "x": 1.0}, r"x has the shape .* expected \(2, 1\)"),
+    "too long": ({"phi": 0.5, "x": [1.0, 2.0, 3.0]}, "has the shape"),
+    "a row": ({"phi": 0.5, "x": [[1.0, 2.0]]}, "has the shape"),
+    "no number": ({"phi": 0.5, "x": [1.0, np.nan]}, "f: input x is not finite"),
+    "infinite in a lane": ({"phi": [0.5, np.inf], "x": [1.0, 2.0]}, "f: input phi is not finite"),
+}
 
 
-def test_an_unknown_input_is_refused(kernel: Kernel) -> None:
-    with pytest.raises(CallError, match="was given"):
-        kernel(phi=0.5, x=[1.0, 2.0], y=3.0)
-
-
-@pytest.mark.parametrize("x", [1.0, [1.0, 2.0, 3.0], [[1.0, 2.0]]])
-def test_a_scalar_does_not_fill_a_vector(kernel: Kernel, x: object) -> None:
-    with pytest.raises(CallError, match=r"f: input x has the shape .* expected \(2, 1\)"):
-        kernel(phi=0.5, x=x)
-
-
-@pytest.mark.parametrize("bad", [np.nan, np.inf])
-def test_non_finite_number_is_refused(kernel: Kernel, bad: float) -> None:
-    with pytest.raises(CallError, match="f: input x is not finite"):
-        kernel(phi=0.5, x=[1.0, bad])
+@pytest.mark.parametrize("case", REFUSED)
+@pytest.mark.parametrize("is_compiled", [False, pytest.param(True, marks=needs_compiler)])
+def test_invalid_inputs_are_refused(
+    kernel: Kernel, case: str, is_compiled: bool, kernel_cache: None
+) -> None:
+    if is_compiled:
+        kernel.compile()
+    inputs, message = REFUSED[case]
+    with pytest.raises(CallError, match=message):
+        kernel(**inputs)
 
 
 def test_no_nan_leaves() -> None:
@@ -142,13 +146,6 @@ class TestCompiled:
             2 * np.sin(0.5) + 3, rel=1e-15
         )
 
-    def test_strictness_stays(self, kernel: Kernel) -> None:
-        kernel.compile()
-        with pytest.raises(CallError, match="has the shape"):
-            kernel(phi=0.5, x=1.0)
-        with pytest.raises(CallError, match="is not finite"):
-            kernel(phi=[0.5, np.nan], x=[1.0, 2.0])
-
     def test_no_nan_leaves_a_loop(self) -> None:
         """Its compiler may assume that there is none: what comes out is looked at outside."""
         x = ca.SX.sym("x")
@@ -162,24 +159,30 @@ class TestCompiled:
                 root(x=np.array([4.0, bad]))
 
 
-@pytest.mark.parametrize(
-    ("variable", "value"), [("CC", "no-such-compiler"), ("PLANTER_CACHE", "/dev/null/cache")]
-)
+@pytest.mark.parametrize("lacking", ["compiler", "cache", "execution"])
 def test_without_compiler_or_cache_it_works_all_the_same(
     kernel: Kernel,
     monkeypatch: pytest.MonkeyPatch,
     caplog: pytest.LogCaptureFixture,
-    variable: str,
-    value: str,
+    lacking: str,
 ) -> None:
-    monkeypatch.setenv(variable, value)
+    """Slower, which one warning says; also on a disk that forbids execution."""
+
+    def refuse(path: object) -> None:
+        raise CompilerError(f"{path} cannot be loaded: failed to map segment")
+
+    if lacking == "execution":
+        monkeypatch.setattr(toolchain, "load_library", refuse)
+    else:
+        values = {"compiler": ("CC", "no-such-compiler"), "cache": ("PLANTER_CACHE", "/dev/null/x")}
+        monkeypatch.setenv(*values[lacking])
+        assert not backends.is_compiled(kernel.work)
     monkeypatch.setattr(toolchain, "_warnings", [])
     kernel.compile()
     kernel.compile()
     assert kernel.way == "casadi-vm"
     assert kernel(phi=0.0, x=[2.0, 3.0])["y"][0, 0] == 3
     assert [r.levelname for r in caplog.records] == ["WARNING"]
-    assert not backends.is_compiled(kernel.work)
 
 
 def test_a_pickled_kernel_is_the_same_function(kernel: Kernel) -> None:
@@ -195,7 +198,7 @@ def test_bound_kernel_suggests_pickling_kernel(kernel: Kernel) -> None:
         pickle.dumps(bound)
 
 
-@pytest.mark.parametrize("build", [backends.build_virtual_machine, backends.select_fastest])
+@pytest.mark.parametrize("build", [backends.VirtualMachine, backends.select_fastest])
 @pytest.mark.parametrize("summed", [False, True])
 def test_no_lanes_give_empty_outputs(build: Callable[[LaneTask], Backend], summed: bool) -> None:
     phi, x = ca.SX.sym("phi"), ca.SX.sym("x", 2)
@@ -206,3 +209,48 @@ def test_no_lanes_give_empty_outputs(build: Callable[[LaneTask], Backend], summe
     way = build(LaneTask(function, ("phi",), summed))
     shapes = [result.shape for result in way([np.empty((1, 0)), np.ones((2, 1))], 0)]
     assert shapes == ([(2, 3), (2, 1)] if summed else [(2, 0), (2, 0)])
+
+
+def build_stack() -> ca.Function:
+    phi, d, q = ca.SX.sym("phi"), ca.SX.sym("d", 2), ca.SX.sym("q", 2)
+    rows = ca.vertcat(d[0] * ca.sin(phi) + q[0], d[1] / (2 + ca.cos(phi + q[1])), q[0] * q[1])
+    return ca.Function("stacked_rows", [phi, d, q], [rows], ["phi", "d", "q"], ["rows"])
+
+
+@pytest.mark.parametrize("summed", [False, True])
+@pytest.mark.parametrize("is_compiled", [False, True])
+def test_stack_equals_single_calls(
+    summed: bool, is_compiled: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    if not is_compiled:
+        monkeypatch.setattr(backends, "select_fastest", backends.VirtualMachine)
+    rng, calls, lanes = np.random.default_rng(2), 3, 7
+    phi, d, q = (
+        rng.normal(size=(1, lanes)),
+        rng.normal(size=(calls, 2)),
+        rng.normal(size=(calls, 2, lanes)),
+    )
+    stacked = StackedKernel(build_stack(), ["phi", "q"], ["d", "q"], summed)
+    stacked.compile()
+    rows = stacked(phi=phi, d=d, q=q)["rows"]
+    kernel = Kernel(build_stack(), ["phi", "q"])
+    for call in range(calls):
+        expected = kernel(phi=phi, d=d[call], q=q[call])["rows"]
+        np.testing.assert_allclose(
+            rows[call], expected.sum(axis=1) if summed else expected, rtol=1e-13, atol=1e-15
+        )
+
+
+def test_a_stack_of_another_shape_is_refused() -> None:
+    stacked = StackedKernel(build_stack(), ["phi", "q"], ["d", "q"])
+    with pytest.raises(CallError, match="input q has the shape"):
+        stacked(phi=np.zeros((1, 4)), d=np.zeros((3, 2)), q=np.zeros((2, 2, 4)))
+
+
+@needs_compiler
+def test_a_loop_of_too_many_operations_is_left_to_casadi(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(backends, "MAX_LOOP_SIZE", 5)
+    stacked = StackedKernel(build_stack(), ["phi", "q"], ["d", "q"])
+    assert backends.predict_backend(stacked.kernel.work) == "casadi-c"
+    with pytest.raises(NotPrintableError, match="more than 5"):
+        _ = stacked.kernel.work.loop

@@ -153,7 +153,7 @@ def check(name: str, task: LaneTask, way: backends.Backend, index: int, *points:
     with np.errstate(all="ignore"):
         actual, expected = (
             evaluated(task, w, *points)[f"y{index}"][0]
-            for w in (way, backends.build_virtual_machine(task))
+            for w in (way, backends.VirtualMachine(task))
         )
     assert np.isfinite(expected).all()
     size = np.maximum(np.abs(expected), SCALES.get(name, 1e-300))
@@ -166,7 +166,9 @@ def ways_of(
     request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
 ) -> tuple[backends.Backend, backends.Backend]:
     if request.param == "native":
-        return backends.build_lane_backend(single()), backends.build_lane_backend(double())
+        return backends.build_compiled(single(), "lanes"), backends.build_compiled(
+            double(), "lanes"
+        )
     folder: Path = tmp_path_factory.mktemp("plain")
     first, second = (
         for_processor(w, request.param, folder / n) for n, w in (("1", single()), ("2", double()))

@@ -13,11 +13,11 @@ from pathlib import Path
 import pytest
 
 from planter import workers
+from planter.engine.outputs import CycleObjective
 from planter.kernels import backends, compiler, toolchain
 from planter.kernels.compiler import LINUX, MACOS, WINDOWS, Platform
 from planter.papers.planting.file import load
 from planter.papers.planting.model import Device
-from planter.papers.planting.objective import CycleObjective
 from tests.support.lanes import needs_compiler
 
 needs_bundled = pytest.mark.skipif(
@@ -234,7 +234,7 @@ class TestWithoutACompiler:
 
 def quickest(turns: CycleObjective) -> float:
     """Time of the gradient of a turn [s], of many calls the shortest."""
-    return min(timeit.repeat(lambda: turns.gradient(turns.device.design), number=1, repeat=2000))
+    return min(timeit.repeat(lambda: turns.gradient(turns.machine.design), number=1, repeat=2000))
 
 
 @pytest.mark.long

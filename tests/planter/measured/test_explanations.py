@@ -9,14 +9,19 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 
 from planter.engine.machine import Machine
 from planter.engine.response import MachineResponse
 from planter.kernels import Array
 from planter.measured.curve import Chosen
-from planter.measured.effects import (
+from planter.measured.explanations import explain_curve
+from planter.measured.findings import ExplanationFound
+from planter.measured.noise import REFUTING
+from planter.measured.presentation import draw_reading
+from planter.measured.reading import Channel, DataReading, Measurement
+from planter.measured.sensor_curve import SensorCurve, interpolate_periodic, name_parameter
+from planter.measured.sensor_view import (
     LARGEST_SWING,
     SQUARE,
     Curves,
@@ -29,16 +34,10 @@ from planter.measured.effects import (
     SpeedHarmonics,
     ZeroDrift,
 )
-from planter.measured.explanations import explain_curve
-from planter.measured.findings import ExplanationFound
-from planter.measured.noise import REFUTING
-from planter.measured.presentation import draw_reading
-from planter.measured.reading import Channel, DataReading, Measurement
-from planter.measured.sensor_curve import SensorCurve, interpolate_periodic, name_parameter
 from planter.numerics.arrays import TURN
 from planter.papers.planting.model import build_machine
 from tests.planter.measured.test_noise import correlate
-from tests.planter.measured.test_sensor import build_knife, write_file
+from tests.planter.measured.test_sensor import build_knife, check_slopes, write_file
 from tests.support import machines, own
 from tests.support.cli import answer, refusal
 
@@ -51,30 +50,6 @@ def filter_signal(effect: SensorEffect, **values: float) -> Array:
     """Return the signal behind an effect with parameters in display units."""
     searched = [np.log(values[p.name] / p.reference) for p in effect.parameters]
     return effect.apply(SIGNAL[:, None], Curves({"": SIGNAL[:, None]}, TURN, SPEED), searched)[:, 0]
-
-
-def test_mount_equals_integrated_motion() -> None:
-    """A mass on spring and damper, with the machine's force on it, integrated in time until it
-    repeats.
-    """
-    frequency, damping = 2.3, 0.2
-    wn = TURN * frequency
-
-    def follow(t: float, state: Array) -> list[float]:
-        force = 3 + 2 * np.cos(SPEED * t) + np.sin(3 * SPEED * t)
-        return [state[1], force - 2 * damping * wn * state[1] - wn**2 * state[0]]
-
-    turns, period = 12, TURN / SPEED
-    times = turns * period + PHI / SPEED
-    motion = solve_ivp(follow, (0, times[-1]), [0.0, 0.0], t_eval=times, rtol=1e-10, atol=1e-12)
-    reaction = 2 * damping * wn * motion.y[1] + wn**2 * motion.y[0]
-    assert filter_signal(
-        ElasticMount(SPEED), frequency=frequency, damping=damping
-    ) == pytest.approx(reaction, abs=1e-6)
-    assert (
-        abs(filter_signal(ElasticMount(SPEED), frequency=frequency, damping=0.02) - reaction).max()
-        > 0.1
-    )
 
 
 def test_coupling_equals_first_order_response() -> None:
@@ -156,16 +131,7 @@ def test_slopes_equal_differences() -> None:
     curve = SensorCurve(
         machine, chosen, Measurement(np.radians(degrees), (empty,)), "F_Ox_N", effects
     )
-    low, high = curve.chosen.lower, curve.chosen.upper
-    z = low + 0.4 * (high - low)
-    slopes = curve(z)[1]
-    for i, width in enumerate(high - low):
-        step = np.zeros_like(z)
-        step[i] = 1e-5 * width
-        difference = (curve(z + step)[0] - curve(z - step)[0]) / 2e-5
-        assert slopes[:, i] * width == pytest.approx(
-            difference, abs=1e-5 * (1 + abs(difference).max())
-        ), i
+    check_slopes(curve)
 
 
 def measure(

@@ -11,8 +11,8 @@ import pytest
 
 from planter.errors import ComputationError, InputError
 from planter.measured import reading
-from planter.measured.column_units import list_units
 from planter.measured.curve import Chosen, MeasuredCurve
+from planter.measured.logger_table import list_units
 from planter.measured.reading import Columns
 from planter.mechanism.calibration import MeasuredSource, calibrate_to_data
 from planter.mechanism.file import load

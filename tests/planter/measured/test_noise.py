@@ -11,8 +11,10 @@ import pytest
 from scipy.stats import binom
 from scipy.stats import f as f_distribution
 
+from planter.engine.machine import Machine
 from planter.kernels import Array
-from planter.measured.calibration import describe_inputs, judge_fit
+from planter.measured import reading
+from planter.measured.calibration import describe_active_bounds, describe_inputs, judge_fit
 from planter.measured.curve import Chosen, MeasuredCurve, find_records, whiten_rows
 from planter.measured.fit import Fit, fit_curve
 from planter.measured.noise import (
@@ -25,7 +27,7 @@ from planter.measured.noise import (
     build_trends,
     compare_nested,
 )
-from planter.measured.reading import Channel, Measurement, fourier_basis
+from planter.measured.reading import Channel, Columns, Measurement, fourier_basis
 from planter.mechanism.model import Model
 from planter.numerics.arrays import TURN
 from tests.support import own
@@ -237,3 +239,137 @@ def test_records_end_at_gaps_and_steps_back() -> None:
     assert find_records(np.concatenate([turn, turn + 3 * TURN])).tolist() == [0] * 60 + [1] * 60
     assert find_records(np.concatenate([turn + TURN, turn])).max() == 1
     assert find_records(np.delete(turn, slice(10, 40))).max() == 0
+
+
+DEGREES = np.arange(0, 360, 3.0)
+MASS, STIFFNESS = 1.8, 720.0
+SCATTER = 1.0
+
+
+@pytest.fixture(scope="module")
+def crank() -> Machine:
+    return own.machine("slider_crank", "", m_s_kg=MASS, k_N_m=STIFFNESS)
+
+
+@pytest.fixture(scope="module")
+def measured(crank: Machine) -> Measurement:
+    values = Model(crank).results(np.radians(DEGREES))["F_Ox_N"]
+    values = values + 2.0 + np.random.default_rng(5).normal(0, SCATTER, len(values))
+    return Measurement(
+        np.radians(DEGREES), (Channel("F", "N", values, np.ones(len(values), bool), SCATTER),)
+    )
+
+
+def fit_within(crank: Machine, measured: Measurement, **bounds: tuple[float, float]) -> Fit:
+    chosen = Chosen.from_bounds(crank, {"m_s_kg": (1.0, 3.0), "offset_N": (-60.0, 60.0)} | bounds)
+    return fit_curve(MeasuredCurve(crank, chosen, measured, "F_Ox_N"), starts=2)
+
+
+def name_bounds(fit: Fit) -> list[tuple[str, str]]:
+    return [(bound.name, bound.side) for bound in describe_active_bounds(fit)]
+
+
+def test_fit_inside_bounds_explains(crank: Machine, measured: Measurement) -> None:
+    fit = fit_within(crank, measured)
+    assert (judge(fit), name_bounds(fit)) == ("explained", [])
+
+
+@pytest.mark.parametrize(("low", "high", "side"), [(1.0, 1.797, "upper"), (1.803, 3.0, "lower")])
+def test_fit_on_a_bound_is_not_settled(
+    crank: Machine, measured: Measurement, low: float, high: float, side: str
+) -> None:
+    """The tampered case: a bound less than a deviation from the truth, so that noise alone is
+    left.
+    """
+    fit = fit_within(crank, measured, m_s_kg=(low, high))
+    assert (judge(fit), name_bounds(fit)) == ("not settled", [("values.m_s_kg", side)])
+
+
+def test_bound_without_effect_does_not_count(crank: Machine, measured: Measurement) -> None:
+    """The data depend on the inertia of the crank by less than their noise."""
+    fit = fit_within(crank, measured, J_kg_m2=(0.0039, 0.0041))
+    lower, upper = fit.curve.bounds(fit.values)
+    assert np.isclose(fit.values, [lower, upper], rtol=1e-6).any(axis=0)[2], "on a bound"
+    assert (judge(fit), name_bounds(fit)) == ("explained", [])
+
+
+BALER = "hay_baler"
+TRUTH = {"m_p_kg": 134.0, "F_h_N": 52000.0, "offset_N": 250.0}
+SPEED = 95.0
+NOISE = 560.0
+
+
+@pytest.fixture(scope="module")
+def record(tmp_path_factory: pytest.TempPathFactory) -> Measurement:
+    """Return the force of a baler whose load ends in a jump, by a logger that takes the mean over
+    each step.
+    """
+    rng, times = np.random.default_rng(5), np.arange(0, 5, 1e-3)
+    file = own.file(BALER, m_p_kg=TRUTH["m_p_kg"], F_h_N=TRUTH["F_h_N"], omega_rpm=SPEED)
+    angles = 1.234 + SPEED / 60 * TURN * times
+    noise = correlate(rng, len(times), 0.9, NOISE)
+    step_angles = angles[:, None] + SPEED / 60 * TURN * 1e-3 * np.linspace(-0.5, 0.5, 11)
+    means = (
+        own.evaluate_lane(file, np.mod(step_angles.ravel(), TURN))["F_Ox"]
+        .reshape(step_angles.shape)
+        .mean(axis=1)
+    )
+    force = means + TRUTH["offset_N"] + noise
+    pulse = np.where(np.mod(angles, TURN) < 0.15, 5.0, 0.0)
+    path = tmp_path_factory.mktemp("baler") / "force.csv"
+    rows = np.column_stack([times, pulse, force])
+    np.savetxt(path, rows, "%.6g", ",", header="time [s],pulse [V],force [N]", comments="")
+    return reading.read(path, Columns("force", time="time", trigger="pulse"), SPEED / 60 * TURN)
+
+
+def fit_baler(measured: Measurement, starts: int = 8) -> Fit:
+    machine = Model(own.machine(BALER)).machine
+    bounds = {
+        "m_p_kg": (80, 200),
+        "F_h_N": (40e3, 90e3),
+        "offset_N": (-1000, 1000),
+        "phase_deg": (0, 360),
+    }
+    return fit_curve(
+        MeasuredCurve(machine, Chosen.from_bounds(machine, bounds), measured, "F_Ox_N"),
+        starts=starts,
+    )
+
+
+def find_errors(fit: Fit) -> Array:
+    """Return the errors (3,) of the fitted inputs, in halves of their intervals."""
+    widths = [np.diff(fit.band(index))[0] / 2 for index in range(3)]
+    return (fit.values[:3] - np.array(list(TRUTH.values()))) / np.array(widths)
+
+
+def test_inputs_of_a_curve_that_jumps_are_found(record):
+    assert np.abs(find_errors(fit_baler(record))).max() < 1.6
+    assert record.noise == pytest.approx(NOISE, rel=0.1)
+    assert record.channels[0].rho == pytest.approx(0.9, abs=0.03)
+    (entry,) = (entry for entry in record.reading.dropped if "beside a jump" in entry.reason)
+    assert 7 * 4 <= entry.count <= 8 * 6
+
+
+def test_points_beside_jumps_mislead_a_fit(record, monkeypatch):
+    monkeypatch.setattr(reading, "JUMP", np.inf)
+    with_jumps = reading.read(
+        record.reading.file, Columns("force", time="time", trigger="pulse"), SPEED / 60 * TURN
+    )
+    assert with_jumps.used.sum() > record.used.sum()
+    fit = fit_baler(with_jumps, starts=2)
+    assert abs(fit.values[1] - TRUTH["F_h_N"]) > 10 * np.sqrt(
+        fit_baler(record, starts=2).covariance[1, 1]
+    )
+
+
+@pytest.mark.parametrize("shape", ["noise", "spikes", "steep"])
+def test_what_is_no_jump_stays(shape):
+    rng, phi = np.random.default_rng(2), np.linspace(0, 3 * TURN, 1081)
+    values = rng.normal(0, 1, len(phi)) + {"noise": 0, "spikes": 20, "steep": 200}[shape] * np.tanh(
+        3 * np.sin(phi)
+    )
+    if shape == "spikes":
+        values[rng.integers(20, 1060, 9)] += 500
+    channel, beside_jumps = reading._build_channel("F", "N", values, phi)
+    assert not beside_jumps.any()
+    assert (~channel.used).sum() == pytest.approx(9 if shape == "spikes" else 0, abs=1)

@@ -4,8 +4,10 @@ fits.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -21,6 +23,7 @@ from planter.kernels import Array
 from planter.measured.fit import fit_curve
 from planter.measured.noise import RHOS
 from planter.measured.posterior import Posterior
+from tests.planter.measured.test_noise import correlate
 from tests.support import own
 
 MASS = "m_s_kg"
@@ -42,10 +45,8 @@ def write(tmp_path: Path, crank: Machine) -> Write:
         phi = 2 * np.pi * np.arange(points) / points
         response = MachineResponse(crank, ["F_Ox", "M_in"])
         values = response.values(response.at_data(crank.data), phi)
-        rng, errors = np.random.default_rng(seed), np.zeros((2, points))
-        errors[:, 0] = rng.normal(size=2)
-        for i in range(1, points):
-            errors[:, i] = rho * errors[:, i - 1] + np.sqrt(1 - rho**2) * rng.normal(size=2)
+        rng = np.random.default_rng(seed)
+        errors = [correlate(rng, points, rho, 1.0) for _ in range(2)]
         force, torque = values[0] + offset + noise * errors[0], values[1] + noise / 50 * errors[1]
         rows = [
             f"{np.degrees(a):.9f},{f:.12f},{m:.12f}"
@@ -209,3 +210,47 @@ def test_inputs_that_data_do_not_determine_are_named(crank: Machine, write: Writ
         planter.load_posterior(crank, write(30), "force", "F_Ox", {})
     with pytest.raises(InputError, match="did you mean"):
         load(crank, write(30), m_ss_kg=(0.1, 1.0))
+
+
+GALLERY = Path(__file__).parents[3] / "docs" / "gallery" / "measured.md"
+
+
+PAGE = GALLERY.read_text(encoding="utf-8")
+SAMPLERS = {"numpyro": "NumPyro", "pymc": "PyMC"}
+"""Rows of the page's table by the package that the code imports."""
+
+
+def draw_by_page(package: str, posterior: Posterior) -> Array:
+    """Run the page's code for a package, and return its draws (m, n)."""
+    pytest.importorskip(package, reason=f"{package} is not installed")
+    blocks = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
+    names: dict[str, Any] = {"posterior": posterior, "np": np}
+    exec(next(block for block in blocks if f"import {package}\n" in block), names)
+    draws: Array = names["draws"]
+    return draws
+
+
+def read_row(name: str) -> tuple[Array, Array]:
+    """Return means (n,) and deviations (n,) of a row of the page's table."""
+    (row,) = re.findall(rf"^\| {name} \|(.*)\|$", PAGE, re.MULTILINE)
+    numbers = np.array(re.findall(r"[\d.]+", row), dtype=float)
+    return numbers[::2], numbers[1::2]
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("package", SAMPLERS)
+def test_page_has_the_figures_of_its_code(package: str) -> None:
+    """Its force and its samplers: means within 0.2 of a deviation, deviations within 10 %."""
+    cells = re.findall(r"```\{code-cell\}\n(.*?)```", PAGE, re.DOTALL)
+    names: dict[str, Any] = {}
+    exec(cells[0], names)
+    exec(next(cell for cell in cells if "load_posterior" in cell), names)
+    normal = names["posterior"].approximate()
+    means, deviations = read_row("`approximate`")
+    np.testing.assert_allclose(means, normal.mean, rtol=2e-3)
+    np.testing.assert_allclose(deviations, normal.std, rtol=1e-2)
+    draws = draw_by_page(package, names["posterior"])
+    means, deviations = read_row(SAMPLERS[package])
+    assert (np.abs(draws.mean(axis=0) - normal.mean) < 0.3 * normal.std).all()
+    assert (np.abs(draws.mean(axis=0) - means) < 0.2 * deviations).all()
+    np.testing.assert_allclose(draws.std(axis=0), deviations, rtol=0.1)

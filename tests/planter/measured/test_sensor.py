@@ -18,10 +18,9 @@ from planter.errors import InputError
 from planter.files.document import Document, format_lines
 from planter.kernels import Array
 from planter.measured.curve import Chosen
-from planter.measured.effects import Curves, ElasticMount
 from planter.measured.reading import Channel, Measurement
 from planter.measured.sensor_curve import SensorCurve, measure_cycle
-from planter.measured.sensor_view import find_sensor_view
+from planter.measured.sensor_view import Curves, ElasticMount, find_sensor_view
 from planter.mechanism.cycle import simulate_machine
 from planter.mechanism.file import build_from_table, load
 from planter.mechanism.machines import build_machine
@@ -29,8 +28,7 @@ from planter.numerics.arrays import TURN
 from planter.papers.planting.file import PlantingMachine
 from planter.papers.planting.model import Device
 from planter.report.subject import Movable, open_machine
-from planter.studio.static_model import StaticPageModel
-from planter.studio.static_page import file_template
+from planter.studio.static_page import StaticPageModel, file_template
 from tests.support import machines, own
 from tests.support.cli import answer, refusal
 from tests.support.tables import read_cycle_csv
@@ -190,31 +188,13 @@ def test_effects_of_size_zero_change_nothing(neutral: Mapping[str, Any]) -> None
     assert signal == pytest.approx(rigid, abs=1e-9 * np.ptp(rigid))
 
 
-def test_harmonics_of_zero_change_nothing() -> None:
-    signal = simulate_wang(speed_harmonics=[0.0, 0.0, 0.0, 0.0]).measured
-    assert signal is not None
-    assert signal.signal == pytest.approx(signal.rigid, abs=1e-10)
+@pytest.mark.parametrize("speed", [5.0, -5.0])
+def test_mount_equals_integrated_motion(speed: float) -> None:
+    """A mass on spring and damper, with the machine's force on it, integrated until it repeats.
 
-
-def test_stiff_mount_tends_to_the_rigid_curve_and_keeps_the_mean() -> None:
-    misses = []
-    for frequency in (30.0, 300.0, 3000.0):
-        rigid, signal = measure_knife(quantity="F_Ox_N", mount_Hz=frequency, mount_damping=0.05)
-        assert signal.mean() == pytest.approx(rigid.mean(), abs=1e-9 * np.ptp(rigid))
-        misses.append(np.abs(signal - rigid).max() / np.ptp(rigid))
-    assert misses[0] > 10 * misses[1] > 100 * misses[2]
-    assert misses[2] < 1e-3
-
-
-def test_coupling_removes_the_mean() -> None:
-    rigid, signal = measure_knife(quantity="F_Ox_N", corner_Hz=0.01)
-    assert signal.mean() == pytest.approx(0, abs=1e-9 * np.ptp(rigid))
-    assert np.ptp(signal) == pytest.approx(np.ptp(rigid), rel=0.01)
-
-
-def test_mount_of_clockwise_drive_equals_integrated_motion() -> None:
-    """The drive passes its angles backwards, so that the response is late at smaller angles."""
-    speed, frequency, damping, phi = -5.0, 2.3, 0.2, np.linspace(0, TURN, 720, endpoint=False)
+    A clockwise drive passes its angles backwards, so that the response is late at smaller angles.
+    """
+    frequency, damping, phi = 2.3, 0.2, np.linspace(0, TURN, 720, endpoint=False)
 
     def force(angle: Array | float) -> Array:
         return np.asarray(3 + 2 * np.cos(angle) + np.sin(3 * angle))
@@ -231,13 +211,16 @@ def test_mount_of_clockwise_drive_equals_integrated_motion() -> None:
         atol=1e-12,
     )
     reaction = 2 * damping * wn * motion.y[1] + wn**2 * motion.y[0]
-    values = [
-        p.from_display(v) for p, v in zip(effect.parameters, (frequency, damping), strict=True)
-    ]
-    signal = effect.apply(
-        force(phi)[:, None], Curves({"": force(phi)[:, None]}, TURN, speed), values
-    )[:, 0]
-    assert reaction[::-1][:-1] == pytest.approx(signal, abs=1e-6)
+    curves = Curves({"": force(phi)[:, None]}, TURN, speed)
+
+    def filter_force(share: float) -> Array:
+        ends = zip(effect.parameters, (frequency, share), strict=True)
+        values = [parameter.from_display(value) for parameter, value in ends]
+        return effect.apply(curves.rows[""], curves, values)[:, 0]
+
+    expected = (reaction if speed > 0 else reaction[::-1])[:-1]
+    assert filter_force(damping) == pytest.approx(expected, abs=1e-6)
+    assert abs(filter_force(damping / 10) - expected).max() > 0.1
 
 
 def test_imbalance_turns_with_the_clockwise_drive() -> None:
@@ -247,6 +230,17 @@ def test_imbalance_turns_with_the_clockwise_drive() -> None:
     assert signal - rigid == pytest.approx(
         square * (0.003 * np.cos(phi) - 0.001 * np.sin(phi)), abs=1e-9
     )
+
+
+def check_slopes(curve: SensorCurve) -> None:
+    """Compare the slopes of a curve in its inputs with central differences."""
+    width = curve.chosen.upper - curve.chosen.lower
+    z = curve.chosen.lower + 0.4 * width
+    slopes = curve(z)[1] * width
+    for i, row in enumerate(1e-5 * np.diag(width)):
+        difference = (curve(z + row)[0] - curve(z - row)[0]) / 2e-5
+        size = 1 + abs(difference).max()
+        assert slopes[:, i] == pytest.approx(difference, abs=1e-4 * size), curve.chosen.names[i]
 
 
 STATED_EFFECTS: dict[str, tuple[dict[str, Any], dict[str, tuple[float, float]]]] = {
@@ -305,16 +299,7 @@ def test_slopes_of_stated_effects_equal_differences(
         machine, chosen, Measurement(np.radians(degrees), (empty,)), view.quantity.key
     )
     assert len(curve.stated) == len(view.effects) > 1
-    low, high = curve.chosen.lower, curve.chosen.upper
-    z = low + 0.4 * (high - low)
-    slopes = curve(z)[1]
-    for i, width in enumerate(high - low):
-        step = np.zeros_like(z)
-        step[i] = 1e-5 * width
-        difference = (curve(z + step)[0] - curve(z - step)[0]) / 2e-5
-        assert slopes[:, i] * width == pytest.approx(
-            difference, abs=1e-4 * (1 + abs(difference).max())
-        ), i
+    check_slopes(curve)
 
 
 def test_file_without_measurement_reports_none() -> None:

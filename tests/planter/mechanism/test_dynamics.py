@@ -11,7 +11,7 @@ import pytest
 import scipy.integrate
 
 from derive.__main__ import main as derive
-from planter.engine.machine import load_machine
+from planter.engine.machine import load_driven_machine
 from planter.errors import ComputationError, InputError
 from planter.mechanism.dynamics import Dynamics
 from planter.mechanism.file import load
@@ -221,7 +221,7 @@ def test_endless_motion_is_given_up(
 
 def test_each_command_sends_to_the_other(folder: Path) -> None:
     with pytest.raises(InputError, match="no angle drives swing; run `planter move`"):
-        load_machine(str(folder / "swing.toml"))
+        load_driven_machine(str(folder / "swing.toml"))
 
 
 def test_short_motion_locates_an_event_late_in_time():

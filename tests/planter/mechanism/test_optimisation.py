@@ -16,8 +16,8 @@ from planter.engine.machine import load_machine
 from planter.engine.measures import parse_sum
 from planter.engine.problem import build_problem
 from planter.engine.search import SearchSpec
+from planter.engine.solvers.curve_sum import CurvePart
 from planter.engine.solvers.optimiser import METHODS
-from planter.engine.solvers.range_variance import CurveSumObjective
 from planter.errors import ComputationError, InputError
 from planter.mechanism.file import load
 from planter.mechanism.machines import build_machine
@@ -76,7 +76,7 @@ def test_restart_forgets_earlier_designs(file: Path) -> None:
     problem, angles = build_problem(machine, measures, (), 36), machine.list_angles(36)
     first, second = np.array([0.031, 0.13, -0.01]), np.array([0.055, 0.19, 0.012])
     (part,) = problem.goal.objective.parts
-    assert isinstance(part, CurveSumObjective)
+    assert isinstance(part, CurvePart)
 
     def close(x: np.ndarray) -> bytes:
         return part.response.response.coordinates(machine.build_data(x), angles).tobytes()

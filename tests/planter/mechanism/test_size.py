@@ -16,6 +16,7 @@ import pytest
 import scipy.integrate
 from numpy.typing import NDArray
 
+from derive.emit.folder import built_in, emit_system, select_targets
 from planter import paths
 from planter.errors import InputError
 from planter.kernels.formulas import HOISTED
@@ -165,15 +166,39 @@ def build_tree(links: int) -> object:
     return tree
 
 
-def test_accelerations_of_a_chain_agree_with_pinocchio() -> None:
+def build_chain(links: int) -> str:
+    """The statement of a chain without reactions."""
+    text = statement("chain20").replace("N=20", f"N={links}").replace("chain20", f"chain{links}")
+    return text.replace("m.system()", 'm.system(reported=["kinetic", "potential"])')
+
+
+@pytest.mark.parametrize("links", [3, 24, 50])
+def test_accelerations_of_a_chain_agree_with_pinocchio(links: int) -> None:
     pin = pytest.importorskip("pinocchio")
-    tree, rng = build_tree(LINKS), np.random.default_rng(1)
-    data, accelerate = tree.createData(), chain()._bind_accelerations(1e-9)
+    dynamics = own.dynamics(build_chain(links), f"chain{links}")
+    tree, rng = build_tree(links), np.random.default_rng(1)
+    data, accelerate = tree.createData(), dynamics._bind_accelerations(1e-9)
     for _ in range(20):
-        q, rates = rng.uniform(-np.pi, np.pi, LINKS), rng.normal(size=LINKS)
-        expected = pin.aba(tree, data, q, rates, np.zeros(LINKS))
+        q, rates = rng.uniform(-np.pi, np.pi, links), rng.normal(size=links)
+        expected = pin.aba(tree, data, q, rates, np.zeros(links))
         error = np.abs(accelerate(0.0, np.r_[q, rates]) - expected).max()
-        assert error <= 1e-11 * np.abs(expected).max()
+        assert error <= 1e-13 * np.abs(expected).max()
+
+
+def test_derivation_of_a_chain_grows_as_its_links() -> None:
+    """Text, operations and time; expressions that are multiplied out grow as their square or more."""
+    texts = {}
+    for links, most_s in ((12, 2), (24, 4), (50, 12)):
+        start, stated = time.process_time(), {}
+        exec(build_chain(links), stated)
+        texts[links] = emit_system(stated["SYSTEM"], select_targets(built_in()))
+        assert time.process_time() - start < most_s
+    assert len(texts[50]["chain50.py"].encode()) <= 250_000
+    operations = {
+        links: json.loads(text[f"chain{links}.json"])["functions"]["accelerations"]["operations"]
+        for links, text in texts.items()
+    }
+    assert operations[50] <= 2.2 * operations[24]
 
 
 def test_motion_of_a_chain_needs_as_many_evaluations_as_pinocchio(
@@ -225,9 +250,9 @@ def test_noisy_accelerations_would_be_noticed() -> None:
 
 
 def test_files_that_planter_wrote_have_no_limit_of_values() -> None:
-    """The sidecar of thirty bodies holds more than a file of a user's may."""
+    """The sidecar of seventy bodies holds more than a file of a user's may."""
     text = statement("nlink")
-    sidecar = own.generated(text) / "nlink30.json"
+    sidecar = own.generated(text) / "nlink70.json"
     content = json.loads(sidecar.read_text(encoding="utf-8"))
     assert len(list(paths.walk_locations(content))) > MOST_VALUES
     with pytest.raises(InputError, match=str(MOST_VALUES)):

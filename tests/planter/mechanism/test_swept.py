@@ -5,8 +5,8 @@ import pytest
 
 from planter.errors import InputError
 from planter.mechanism.machines import takes
-from planter.rows.sweeps.plan import Plan
-from planter.rows.sweeps.sweep import Sweep
+from planter.rows.points import Plan
+from planter.rows.sweep import Sweep
 from tests.support import own
 
 

@@ -46,12 +46,6 @@ def test_csv_reads_back_to_the_last_bit(tmp_path: Path) -> None:
         assert read_columns[name].tobytes() == np.asarray(column, dtype=float).tobytes()
 
 
-def test_csv_has_comments_header_and_numbers(tmp_path: Path) -> None:
-    path = tmp_path / "cycle.csv"
-    write_cycle_csv(path, ["one", "two"], {"phi_deg": [0.0, 0.5], "support_N": [0.1, 97.85]})
-    assert path.read_bytes() == b"# one\n# two\nphi_deg,support_N\n0.0,0.1\n0.5,97.85\n"
-
-
 @pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])
 def test_csv_refuses_non_finite_values(tmp_path: Path, bad: float) -> None:
     with pytest.raises(ComputationError, match="support_N is not finite in row 1"):
@@ -105,12 +99,6 @@ def test_failed_write_leaves_old_file(tmp_path: Path, monkeypatch: pytest.Monkey
     assert {entry.name for entry in tmp_path.iterdir()} == {path.name, ".planter.json"}
     files.write_text(path, "new")
     assert path.read_text() == "new"
-
-
-def test_a_folder_is_made_and_left_empty(tmp_path: Path) -> None:
-    folder = files.output_folder(tmp_path / "a" / "b")
-    assert folder.is_dir()
-    assert list(folder.iterdir()) == []
 
 
 def test_unwritable_folder_is_refused(tmp_path: Path) -> None:

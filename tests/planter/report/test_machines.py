@@ -19,7 +19,7 @@ from planter.mechanism.cycle import compute_cycle
 from planter.mechanism.drawing import PlotAxis
 from planter.mechanism.drawing import build_scene as own_scene
 from planter.mechanism.model import Model
-from planter.papers.clutch.report import drawings as clutch
+from planter.papers.clutch import scene as clutch
 from planter.papers.clutch.rotor import Rotor
 from planter.papers.mapping import curve, synthesis, train
 from planter.papers.mapping import file as poses
@@ -72,7 +72,7 @@ def test_rotor_stays_inside_polygon() -> None:
 
 def test_linkage_bars_meet_in_hinges() -> None:
     synthesised = synthesis.synthesise(poses.load_poses("sun2019-corrected"))
-    scene = mapping.linkage(synthesised.linkages[0], synthesised.poses, 1)
+    scene = mapping.build_linkage_scene(synthesised.linkages[0], synthesised.poses, 1)
     for moment in range(0, scene.moments, 17):
         at = placed(scene, moment)
         arm = [Point(corner) for corner in at["arm"][0].coords]
@@ -82,7 +82,7 @@ def test_linkage_bars_meet_in_hinges() -> None:
 
 def test_train_gears_touch_and_arm_ends_at_tip() -> None:
     pose_file = poses.load_poses("sun2019-corrected")
-    scene = mapping.train(
+    scene = mapping.build_train_scene(
         train.build_training(curve.load_curve("sun2019-curve"), 0.07, file=pose_file)
     )
     assert scene is not None

@@ -21,8 +21,6 @@ from planter.report.picture import draw_picture
 from planter.report.subject import open_machine
 from tests.support.cli import answer
 
-MACHINES = ("wang2017", "yu2023", "shi2021", "sun2019-corrected")
-
 
 @pytest.fixture(scope="module")
 def device() -> Device:
@@ -99,21 +97,6 @@ def test_video_without_ffmpeg_is_refused(tmp_path: Path, monkeypatch: pytest.Mon
     with pytest.raises(InputError, match="ffmpeg"):
         animate("shi2021", {}, tmp_path / "moving.mp4")
     assert not (tmp_path / "moving.mp4").exists()
-
-
-@pytest.mark.parametrize("source", MACHINES)
-def test_every_control_changes_the_written_file(source: str, tmp_path: Path) -> None:
-    """Fed back, the file holds the numbers that the hand set, and says that a hand set them."""
-    machine = open_machine(source)
-    values = {control.path: control.value for control in machine.controls}
-    moved = machine.controls[0]
-    values[moved.path] += 0.01 * (moved.upper - moved.value)
-    (tmp_path / "own.toml").write_text(machine.text(values), encoding="utf-8")
-    again = open_machine(str(tmp_path / "own.toml"))
-    assert {control.path: control.value for control in again.controls} == pytest.approx(
-        values, rel=1e-15
-    )
-    assert "set by hand" in (tmp_path / "own.toml").read_text(encoding="utf-8")
 
 
 def test_changed_device_equals_changed_file() -> None:

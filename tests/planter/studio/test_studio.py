@@ -123,12 +123,6 @@ def test_requirements_follow_when_the_hand_rests(address: str) -> None:
     )
 
 
-def test_ends_of_numbers_follow_when_the_hand_rests(address: str) -> None:
-    with open_line(address, "yu2023") as talk:
-        ends = answer(talk, "ends", id=1, values={"bars.L1_mm": 100})
-    assert ends["bars.L2_mm"][0] > 100
-
-
 def test_details_are_those_of_the_command_in_both_models(address: str) -> None:
     """The designer's summary, and what the other model says of the same numbers."""
     values = {"design.R3_mm": 30.8}

@@ -220,7 +220,7 @@ def load_printed(inputs: Inputs) -> float:
     """The printed form: the beam's whole overhanging mass moves, and the engaging mass does not
     move with it [N].
     """
-    return modal_engagement.printed_extremes(_engagement(inputs))["N_max"]
+    return modal_engagement.find_extremes(_engagement(inputs), modal_engagement.PRINTED)["N_max"]
 
 
 @formula("largest contact load")
@@ -228,10 +228,10 @@ def load(inputs: Inputs) -> float:
     """Return the load by projection on the assumed mode [N], with half the overhanging mass and the
     engaging mass.
     """
-    return _engagement(inputs).largest
+    return modal_engagement.find_extremes(_engagement(inputs))["N_max"]
 
 
-def _engagement(inputs: Inputs) -> modal_engagement.Modal:
+def _engagement(inputs: Inputs) -> modal_engagement.Engagement:
     values = {path: float(inputs.si(name)) for path, name in _PATHS.items()}
     return modal_engagement.build_engagement(values.__getitem__)
 

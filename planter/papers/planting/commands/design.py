@@ -37,13 +37,16 @@ from planter.report.options import (
     SpeedOption,
     VaryOption,
     WorkersOption,
+    figure_files,
+    find_proof,
+    interruptible_result,
     list_allowed,
     parse_changes,
     read_ranges,
     refuse_unused,
     text_option,
+    writes_files,
 )
-from planter.report.writing import figure_files, find_proof, interruptible_result, writes_files
 
 if TYPE_CHECKING:
     from planter.papers.planting.optimisation import Optimisation
@@ -137,7 +140,7 @@ def optimise(
 
     console = Console(as_json)
     with console.outcome(), renew_files(out):
-        from planter.engine.machine import load_machine
+        from planter.engine.machine import load_driven_machine
         from planter.papers.planting import optimisation
         from planter.task import Means
 
@@ -146,7 +149,7 @@ def optimise(
         means, ranges = Means(workers, cluster), read_ranges("--vary", vary or ())
         other = load_other(machine, set_, speed_rpm)
         if other is None and (least or hold or ranges or has_limits(machine)):
-            other = load_machine(machine, parse_changes(set_), speed_rpm)
+            other = load_driven_machine(machine, parse_changes(set_), speed_rpm)
         if other is not None:
             sampling = None if samples is None else optimisation.parse_sampling(samples)
             seconds = prove_seconds if prove else None

@@ -62,11 +62,7 @@ def load_other(source: str, set_: Sequence[str] | None, speed_rpm: float | None)
     """Return the machine of a source, None if it is a planting device or unknown."""
     from planter.engine.machine import load_machine
 
-    return (
-        load_machine(source, parse_changes(set_), speed_rpm, is_driven=False)
-        if is_other(source)
-        else None
-    )
+    return load_machine(source, parse_changes(set_), speed_rpm) if is_other(source) else None
 
 
 def has_limits(source: str) -> bool:
@@ -78,8 +74,7 @@ def has_limits(source: str) -> bool:
 
 def is_other(source: str) -> bool:
     """Return whether a source is a machine other than a planting device."""
-    from planter.files.examples import belongs_to_package
-    from planter.files.kinds import find_kind
+    from planter.files.examples import belongs_to_package, find_kind
     from planter.papers.planting import KIND, OWN_TABLES
 
     is_device = belongs_to_package(source, KIND, OWN_TABLES)

@@ -9,8 +9,7 @@ from typing import Any
 
 import pytest
 
-from derive.audit.record import record_equation
-from derive.audit.texts.trial import read_trial
+from tests.support.made_up import read_text, record_all
 
 CRANK = '''
 from derive import Mechanism, quantities
@@ -48,11 +47,8 @@ NEWTON = r"F_{Ay} - F_{By} - m_r g = m_r \ddot y_C"
 
 
 def judge(folder: Path, *rows: str) -> list[dict[str, Any]]:
-    (folder / "stated.py").write_text(CRANK, encoding="utf-8")
     body = "\n".join(f"\\begin{{equation}}\n{row}\n\\end{{equation}}" for row in rows)
-    (folder / "text.tex").write_text(body, encoding="utf-8")
-    case = read_trial(folder / "text.tex", folder / "stated.py")
-    return [record_equation(case, number, "") for number in case.paper.equations]
+    return record_all(read_text(folder, CRANK, body))
 
 
 def list_verdicts(folder: Path, *rows: str) -> list[str]:

@@ -9,8 +9,7 @@ from typing import Any
 
 import pytest
 
-from derive.audit.record import record_equation
-from derive.audit.texts.trial import read_trial
+from tests.support.made_up import read_text, record_all
 
 CART = '''
 from derive import Mechanism, quantities
@@ -46,11 +45,8 @@ SYSTEM = m.system()
 
 
 def judge(folder: Path, mechanism: str, *rows: str, words: str = "") -> list[dict[str, Any]]:
-    (folder / "stated.py").write_text(mechanism, encoding="utf-8")
     text = "\n\n".join([words, *(f"$$ {row} $$" for row in rows)])
-    (folder / "text.md").write_text(text, encoding="utf-8")
-    case = read_trial(folder / "text.md", folder / "stated.py")
-    return [record_equation(case, number, "") for number in case.paper.equations]
+    return record_all(read_text(folder, mechanism, text, suffix=".md"))
 
 
 SOUND = (

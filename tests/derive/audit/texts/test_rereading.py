@@ -7,7 +7,8 @@ from collections.abc import Iterator
 
 import pytest
 
-from derive.audit.texts import rereading
+from derive.audit.texts import corrections
+from derive.audit.texts.corrections import Rereader
 from derive.audit.texts.formula import (
     FormulaError,
     Node,
@@ -15,7 +16,6 @@ from derive.audit.texts.formula import (
     read_formula,
     tokenize_formula,
 )
-from derive.audit.texts.rereading import Rereader
 
 FORMULAS = (
     r"J \ddot\theta + (m l_1 - 2 m) g \sin(\theta + \phi) - \frac{a b}{c - 3} = F \cos\theta",
@@ -75,8 +75,8 @@ def test_only_the_changed_term_is_read_again(monkeypatch: pytest.MonkeyPatch) ->
         sources.append(source)
         return read_terms(source, *rest)  # type: ignore[arg-type]
 
-    read_terms = rereading.read_terms
-    monkeypatch.setattr(rereading, "read_terms", note)
+    read_terms = corrections.read_terms
+    monkeypatch.setattr(corrections, "read_terms", note)
     start = latex.index("l_1")
     rereader.read([(start, start + 3, "x")], latex.replace("l_1", "x"))
     assert sources == ["m x"]

@@ -7,12 +7,12 @@ from pathlib import Path
 
 import pytest
 
-from derive.audit.judge import holds
-from derive.audit.record import record_equation
+from derive.audit.terms import holds
 from derive.audit.texts.trial import format_skeleton, read_trial
 from derive.generated_folder import OwnError
 from derive.mechanics.statement import MechanismError
 from tests.support import own
+from tests.support.made_up import read_text, record_equation
 
 TEXT = r"""\begin{align}
  s &= r\cos\varphi + l\cos\beta \label{eq:s}\\
@@ -90,14 +90,12 @@ names = { 'T' = "T_2" }
 
 
 def test_frames_products_and_names_of_a_row_have_their_meaning(tmp_path: Path) -> None:
-    for name, content in (("arm.py", FRAMES), ("arm.tex", VECTORS), ("arm.toml", VECTOR_NAMES)):
-        (tmp_path / name).write_text(content, encoding="utf-8")
-    case = read_trial(tmp_path / "arm.tex", tmp_path / "arm.py", tmp_path / "arm.toml")
+    case = read_text(tmp_path, FRAMES, VECTORS, VECTOR_NAMES)
     assert [row.reason for row in case.source.rows] == [""] * 6
     for number, equation in case.paper.equations.items():
-        assert (
-            equation.residual == 0 or record_equation(case, number, "")["verdict"] == "confirmed"
-        ), number
+        assert equation.residual == 0 or record_equation(case, number)["verdict"] == "confirmed", (
+            number
+        )
 
 
 TWICE = r"{}^{N}\omega^{A} \times ({}^{N}\omega^{A} \times \bar{r})"
@@ -135,13 +133,8 @@ def test_lost_vector_is_found(
         for name, text in meanings.items()
         if name in extra or name in printed
     ]
-    for name, content in (
-        ("arm.py", FRAMES),
-        ("arm.tex", rf"\[ {printed} \] \[ l = \dot{{\alpha}} \]"),
-        ("arm.toml", "\n".join(["[names]", *entries])),
-    ):
-        (tmp_path / name).write_text(content, encoding="utf-8")
-    case = read_trial(tmp_path / "arm.tex", tmp_path / "arm.py", tmp_path / "arm.toml")
+    text = rf"\[ {printed} \] \[ l = \dot{{\alpha}} \]"
+    case = read_text(tmp_path, FRAMES, text, "\n".join(["[names]", *entries]))
     wrong = (
         name
         for name, equation in case.paper.equations.items()
@@ -197,14 +190,11 @@ def test_motion_of_guided_bodies_is_judged_by_virtual_power(
     """Nothing states the guides of a trammel's rod: Lagrange's equation is judged, and no force of
     a joint.
     """
-    (tmp_path / "trammel.py").write_text(GUIDED, encoding="utf-8")
-    (tmp_path / "trammel.tex").write_text(GUIDED_TEXT % (sign, factor), encoding="utf-8")
-    call = tmp_path / "trammel.tex", tmp_path / "trammel.py"
+    text = GUIDED_TEXT % (sign, factor)
+    case = read_text(tmp_path, GUIDED, text)
     if named:
-        (tmp_path / "names.toml").write_text(format_skeleton(read_trial(*call)), encoding="utf-8")
-        call = *call, tmp_path / "names.toml"
-    case = read_trial(*call)
-    assert [record_equation(case, number, "")["verdict"] for number in ("rate", "motion")] == [
+        case = read_text(tmp_path, GUIDED, text, format_skeleton(case))
+    assert [record_equation(case, number)["verdict"] for number in ("rate", "motion")] == [
         verdict
     ] * 2
     assert "F_{Ax}" in case.source.explain_unjudged("force")
@@ -228,11 +218,9 @@ def test_functions_of_time_are_judged_after_the_start(
     tmp_path: Path, factor: str, verdict: str
 ) -> None:
     """At time zero any factor of the time would do."""
-    (tmp_path / "shaken.py").write_text(SHAKEN, encoding="utf-8")
     text = rf"\begin{{equation}} u^2(t) = U^2 \cos^2({factor} w t) \label{{table}} \end{{equation}}"
-    (tmp_path / "shaken.tex").write_text(text, encoding="utf-8")
-    case = read_trial(tmp_path / "shaken.tex", tmp_path / "shaken.py")
-    assert record_equation(case, "table", "")["verdict"] == verdict
+    case = read_text(tmp_path, SHAKEN, text)
+    assert record_equation(case, "table")["verdict"] == verdict
 
 
 SLIDING = """
@@ -253,11 +241,7 @@ m.force("drag", stone, P, m.vector(m.world, -q.R * m.rate(x) / speed, -q.R * m.r
 def test_start_without_a_motion_is_an_error_that_names_the_remedy(
     tmp_path: Path, begin: str
 ) -> None:
-    (tmp_path / "sliding.py").write_text(SLIDING + begin, encoding="utf-8")
-    (tmp_path / "sliding.tex").write_text(
-        r"\[ m \ddot{x} = -R \frac{\dot{x}}{v} \]", encoding="utf-8"
-    )
-    case = read_trial(tmp_path / "sliding.tex", tmp_path / "sliding.py")
+    case = read_text(tmp_path, SLIDING + begin, r"\[ m \ddot{x} = -R \frac{\dot{x}}{v} \]")
     if begin:
         assert len(case.cycle) > 1
     else:

@@ -25,15 +25,16 @@ from planter.engine.proof.certificate_file import (
     write_certificate,
 )
 from planter.engine.proof.jets import ANYWHERE, Space
-from planter.engine.proof.objective import BoundedMeasure, ProvableObjective
+from planter.engine.proof.objective import BoundedMeasure
 from planter.engine.proof.programs import record_program
 from planter.engine.proof.roots import enclose_roots
 from planter.engine.proof.search import Incumbent, Proof
 from planter.kernels import generated
 from planter.task import AUTO
 from tests.planter.engine.proof.tampering import list_tampered, renew
-from tests.planter.engine.proof.test_panels import find_kinks, true_objective
-from tests.planter.engine.proof.test_search import BENT, LOWER, OPTIMUM, SAMPLES, UPPER, value
+from tests.planter.engine.proof.test_panels import true_objective
+from tests.planter.engine.proof.test_search import OPTIMUM
+from tests.planter.engine.proof.toys import LOWER, SAMPLES, UPPER, build_bent, value
 
 Document = dict[str, Any]
 FEWEST_KINDS = 60
@@ -44,11 +45,6 @@ SOURCES = generated.hash_modules([generated.module("array.curve_ellipse")])
 """Hashes of some generated code; the programs of these tests are from none."""
 
 
-def build(kind: str, limits: tuple[BoundedMeasure, ...] = ()) -> ProvableObjective:
-    terms = [BoundedMeasure("range", 0, weight=0.6), BoundedMeasure("variance", 0, weight=0.4)]
-    return ProvableObjective(BENT, terms, limits, KINDS[kind][0], find_kinks=find_kinks)
-
-
 def prove(
     kind: str,
     seconds: float = 60.0,
@@ -56,10 +52,10 @@ def prove(
     earlier: Path | None = None,
 ) -> tuple[Proof, str]:
     samples, optimum = KINDS[kind]
-    bounds = build(kind)(optimum, optimum)
+    bounds = build_bent(samples)(optimum, optimum)
     incumbent = Incumbent(optimum, {}, (bounds.lower_bound + bounds.reached) / 2, samples)
     return write_certificate(
-        lambda: build(kind, limits),
+        lambda: build_bent(samples, limits),
         (LOWER, UPPER),
         incumbent,
         ("a", "b", "c"),

@@ -11,29 +11,25 @@ import pytest
 from scipy.integrate import quad
 from scipy.optimize import minimize_scalar
 
-from planter.engine.proof import jets
-from planter.engine.proof.enclosures import AnglePanels, Kinks, list_angles
+from planter.engine.proof import jets, objective
+from planter.engine.proof.enclosures import AnglePanels, list_angles
 from planter.engine.proof.intervals import Ball, Unbounded
 from planter.engine.proof.jets import ANYWHERE, CENTRE, Jet, Space
-from planter.engine.proof.objective import (
-    Maximum,
-    ObjectiveBounds,
-    bound_objective,
-    enclose_square,
-)
+from planter.engine.proof.objective import enclose_square
 from planter.engine.proof.search import BranchAndBound
 from planter.kernels import Array
-from tests.planter.engine.proof.test_search import BENT, LOWER, UPPER
-from tests.planter.engine.proof.toys import Bounded
+from tests.planter.engine.proof.toys import BENT, LOWER, UPPER, build_bent, find_kinks
 
 MIDDLE = np.array([0.4, 1.1, 0.03])
 HALF = np.array([0.02, 0.02, 0.004])
 PERIOD = list_angles([BENT.period])
 
 
-def find_kinks(x: Array) -> Kinks:
-    """Return the kink of |sin(phi - x2)| within half a turn."""
-    return np.array([x[2] % np.pi]), np.array([[0.0, 0.0, 1.0]]), np.zeros((1, 3, 3))
+@pytest.fixture(autouse=True)
+def _coarse(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Few panels: enough for a response without steep parts."""
+    monkeypatch.setattr(objective, "PANELS", 40)
+    monkeypatch.setattr(objective, "PANELS_AT_POINT", 2000)
 
 
 def make_panels(lower: Array, upper: Array, count: int = 40) -> tuple[AnglePanels, Space]:
@@ -79,20 +75,6 @@ def peak(x: Array, side: int) -> float:
 def true_objective(x: Array) -> float:
     mean = measure(x, lambda force: force)
     return 0.6 * (peak(x, 1) + peak(x, -1)) + 0.4 * measure(x, lambda force: (force - mean) ** 2)
-
-
-def bound(lower: Array, upper: Array, count: int = 40) -> ObjectiveBounds:
-    panels, force, shares = enclose(lower, upper, count)
-    designs = Space(lower, upper)
-    mean = (force.average(3) * shares).sum()
-    smooth = (enclose_square(force - mean).average(3) * shares).sum() * 0.4
-    extremes = []
-    for side in (1, -1):
-        peaks = designs.linear(*panels.find_peaks(side * force, 3, 3))
-        (points,) = BENT.enclose(designs, peaks, [()])
-        hull = (side * force).hull(3)
-        extremes.append(Maximum(points * (side * 0.6), hull.moved(designs) * 0.6))
-    return bound_objective(smooth.moved(designs), extremes)
 
 
 def draw(count: int) -> list[Array]:
@@ -155,7 +137,8 @@ def test_parabolas_are_bounded_tightly() -> None:
 
 
 def test_true_bounds_hold_at_random_designs() -> None:
-    bounds, values = bound(MIDDLE - HALF, MIDDLE + HALF), [true_objective(x) for x in draw(12)]
+    bound, values = build_bent(None), [true_objective(x) for x in draw(12)]
+    bounds = bound(MIDDLE - HALF, MIDDLE + HALF)
     assert bounds.lower_bound <= min(values)
     assert bounds.lower_bound > 0.8 * min(values)
     assert true_objective(MIDDLE) <= bounds.reached
@@ -163,15 +146,16 @@ def test_true_bounds_hold_at_random_designs() -> None:
         step = draw(12)[j] - draw(12)[i]
         greatest = np.where(step > 0, bounds.slopes.high, bounds.slopes.low) @ step
         assert values[j] - values[i] <= greatest + 1e-12
-    point = bound(MIDDLE, MIDDLE, 2000)
+    point = bound(MIDDLE, MIDDLE)
     assert point.lower_bound <= true_objective(MIDDLE) <= point.reached
     assert point.reached - point.lower_bound < 1e-6
 
 
 def test_the_true_optimum_is_proved() -> None:
     best = np.array([UPPER[0], LOWER[1], 0.0])
-    goal = bound(best, best, 2000).reached * (1 - 1e-3)
-    result = BranchAndBound(Bounded(bound), LOWER, UPPER).run(goal, 60.0)
+    bound = build_bent(None)
+    goal = bound(best, best).reached * (1 - 1e-3)
+    result = BranchAndBound(bound, LOWER, UPPER).run(goal, 60.0)
     assert result <= min(true_objective(LOWER + s * (UPPER - LOWER)) for s in np.eye(3))
     assert result <= true_objective(best)
 

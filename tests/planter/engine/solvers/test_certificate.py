@@ -66,7 +66,7 @@ def test_a_wrong_multiplier_fails(optimum, field, change):
 def test_a_solver_stopped_after_three_iterations_fails(optimum):
     problem, _ = optimum
     programme = Epigraph(
-        problem, problem.objective.turn.local(problem.design(problem.start)), problem.start
+        problem, problem.objective.local(problem.design(problem.start)), problem.start
     )
     stopped = ipopt.solve_program(programme, programme.start, most_iterations=3)
     assert stopped.iterations == 3

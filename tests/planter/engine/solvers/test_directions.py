@@ -4,7 +4,8 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from planter.engine.solvers.range_variance import find_insensitive, scale_slopes
+from planter.engine.solvers.curve_sum import scale_slopes
+from planter.engine.solvers.insensitive import find_insensitive
 from tests.planter.engine.solvers import toys
 from tests.planter.engine.solvers.toy import Toy
 

@@ -18,16 +18,17 @@ from planter.engine.solvers.constraints import (
     join_constraints,
     project_onto_equations,
 )
+from planter.engine.solvers.curve_sum import scale_slopes
 from planter.engine.solvers.expressions import (
     SmoothObjective,
     SymbolicConstraints,
     SymbolicFunction,
 )
 from planter.engine.solvers.feasibility import minimise_violation
+from planter.engine.solvers.insensitive import find_insensitive
 from planter.engine.solvers.local_search import STATIONARITY_TOLERANCE
 from planter.engine.solvers.optimiser import METHODS, Method, OptimiserRun
 from planter.engine.solvers.problem import Problem
-from planter.engine.solvers.range_variance import find_insensitive, scale_slopes
 from tests.planter.engine.solvers import toys
 from tests.planter.engine.solvers.test_smooth import SHORT
 

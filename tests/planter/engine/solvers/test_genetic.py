@@ -127,7 +127,7 @@ def test_distinct_individuals_are_apart():
 
 def test_an_interrupt_leaves_the_best_so_far(settings, monkeypatch):
     problem = toys.over_turn(toys.third_harmonic(), toys.RANGE, 24)
-    summarise, calls = problem.objective.turn.summarise, []
+    summarise, calls = problem.objective.parts[0].summarise, []
 
     def stopped(x):
         calls.append(x)
@@ -135,7 +135,7 @@ def test_an_interrupt_leaves_the_best_so_far(settings, monkeypatch):
             raise KeyboardInterrupt
         return summarise(x)
 
-    monkeypatch.setattr(problem.objective.turn, "summarise", stopped)
+    monkeypatch.setattr(problem.objective.parts[0], "summarise", stopped)
     with pytest.raises(KeyboardInterrupt):
         optimiser.search_genetically(problem, settings, 0)
     best = min(evaluate_summary(problem.objective, summarise(x)).objective for x in calls[:49])

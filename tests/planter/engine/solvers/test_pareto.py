@@ -48,11 +48,6 @@ def test_weighted_sums_lie_on_or_above_it(front):
     assert summary.smooth <= on_front * (1 + 1e-9)
 
 
-def test_points_are_evenly_spaced_in_range(front):
-    steps = np.diff([point.range for point in front])
-    assert steps == pytest.approx(np.full(len(steps), steps.mean()), rel=1e-3)
-
-
 def test_caps_without_an_optimum_are_left_out(monkeypatch):
     solve = ipopt.solve_program
 

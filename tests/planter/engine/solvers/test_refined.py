@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from planter.engine.curves import QuantityCurves
-from planter.engine.solvers import cycle_panels, pieces
+from planter.engine.solvers import cycle_panels
 from planter.engine.solvers.continuous_cycle import ContinuousCycle
 from planter.engine.solvers.curve_sum import CurveSide, CurveStatistic
 from planter.engine.solvers.cycle_panels import CyclePanels, PanelCache
@@ -35,8 +35,7 @@ def test_extremes_and_integrals_agree_with_a_fine_grid(model):
 def test_quadrature_has_converged(monkeypatch):
     response = toys.planting()
     variance = measure_variance(response, response.design)
-    for module in (cycle_panels, pieces):
-        monkeypatch.setattr(module, "NODES", 24)
+    monkeypatch.setattr(cycle_panels, "MAX_PANEL", np.pi / 16)
     assert variance == pytest.approx(measure_variance(response, response.design), rel=1e-12)
 
 

@@ -12,11 +12,6 @@ from tests.planter.engine.solvers import toys
 from tests.planter.engine.solvers.toys import check_derivatives
 
 
-@pytest.mark.parametrize(("samples", "count"), [(360, 180), (361, 361), (90, 45)])
-def test_only_different_samples_are_used(samples, count):
-    assert len(sample_angles(samples, np.pi)) == count
-
-
 @pytest.mark.parametrize("samples", [90, 91])
 def test_half_turn_equals_all_samples(samples):
     response = toys.planting()
@@ -65,7 +60,7 @@ def test_pinned_samples_move_with_their_joint_smoothly(response):
     breakpoints = find_breakpoints(response, response.prologue(x))
     first = int(np.flatnonzero(breakpoints.orders == 1)[0])
     sample = int(np.abs(turn.angles - breakpoints.folded[first]).argmin())
-    rows = turn.local(x).with_holds((BreakpointHold(sample, int(breakpoints.events[first])),))
+    rows = turn.local(x, [BreakpointHold(sample, int(breakpoints.events[first]))])
     assert rows.values(x)[-1:] == pytest.approx(
         [breakpoints.folded[first] - turn.angles[sample]], abs=1e-12
     )

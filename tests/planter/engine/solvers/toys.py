@@ -1,7 +1,7 @@
 """Toy responses with known optima, and the built-in machine with a short genetic search."""
 
 from functools import cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import casadi as ca
 import numpy as np
@@ -9,18 +9,31 @@ import pytest
 
 from planter.engine.curves import QuantityCurves
 from planter.engine.solvers.constraints import Constraints, DesignBox
-from planter.engine.solvers.curve_sum import CurveSide, CurveStatistic, CurveSum
+from planter.engine.solvers.continuous_cycle import ContinuousCycle
+from planter.engine.solvers.curve_sum import CurveSide, CurveStatistic, CurveSum, Sampling
+from planter.engine.solvers.cycle_panels import PanelCache
+from planter.engine.solvers.joined import JoinedObjective
 from planter.engine.solvers.objective import ObjectiveSummary
 from planter.engine.solvers.problem import Problem
-from planter.engine.solvers.range_variance import CurveSumObjective, Sampling
 from planter.engine.solvers.response import BreakpointEvent, CycleResponse
+from planter.engine.solvers.sampled_cycle import SampledCycle
 from planter.kernels import Array
 from planter.numerics.statistics import StatisticKind
 from planter.papers.planting.file import load
 from planter.papers.planting.functions import Model
 from planter.papers.planting.model import Device
-from planter.papers.planting.objective import Weights
 from tests.planter.engine.solvers.toy import Toy
+
+
+class Weights(NamedTuple):
+    """Weights of range and scatter; the scatter is the variance for kind "paper", else the standard
+    deviation.
+    """
+
+    weight_range: float
+    weight_variance: float
+    kind: str
+
 
 RANGE, VARIANCE, PAPER = (
     Weights(1.0, 0.0, "paper"),
@@ -49,7 +62,13 @@ def over_turn(
 ) -> Problem:
     """Return the problem of least weighted range and scatter, in shares of the bounds."""
     box = DesignBox.shares(response.names, response.lower, response.upper, response.design)
-    objective = CurveSumObjective(response, build_range_sum(weights), sampling)
+    total, widths = build_range_sum(weights), response.upper - response.lower
+    part = (
+        ContinuousCycle(PanelCache(response), total)
+        if sampling == "refined"
+        else SampledCycle(response, total, sampling)
+    )
+    objective = JoinedObjective([part], response.names, widths, response.design)
     return Problem(objective, box, constraints)
 
 

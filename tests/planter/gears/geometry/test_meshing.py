@@ -1,8 +1,9 @@
-"""Teeth in mesh: contacts, gaps, lost motion, polygons; and what is not made right is found."""
+"""Teeth in mesh: contacts, gaps, polygons, pairs that bear, remedies; and wrong gears are found."""
 
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -11,13 +12,16 @@ import shapely
 from scipy.optimize import brentq
 
 from planter.errors import GeometryError
-from planter.gears.geometry import cutting, pitch_curves
+from planter.gears.geometry import cutting, pitch_curves, polygons
 from planter.gears.geometry.contacts import Contacts
 from planter.gears.geometry.cutting import ToothedPair, ToothOrder, cut_teeth
 from planter.gears.geometry.gear import Gear
-from planter.gears.geometry.mesh import Mesh
+from planter.gears.geometry.mesh import SIDES, BearingPairs, Mesh, find_changes
+from planter.gears.geometry.pitch_curves import POLAR, build_stage_pair
 from planter.gears.geometry.polygons import FINE_CHORDS, Overlay
+from planter.gears.geometry.stage import Stage
 from planter.kernels import Array
+from planter.numerics import piecewise
 from tests.support import pairs
 from tests.support.toothed import FREE, REFUSED, circles, involute, stage
 
@@ -242,3 +246,158 @@ def test_moved_outline_is_detected(sound: ToothedPair, first: int, last: int | N
 def test_a_flank_of_another_rack_is_not_conjugate(sound: ToothedPair) -> None:
     mesh = cut_mate(sound, rack=replace(sound.mesh.gear.rack, pressure_angle=math.radians(20.01)))
     assert np.abs(Contacts(mesh, mesh.facing(mesh.positions)).errors).max() > 1e-7
+
+
+PAIRS = [("ellipse", 8, 25, 1), ("eccentric_circle", 1, 32, -1)]
+
+
+def mean(pair: ToothedPair, side: int, values: Array) -> Array:
+    """Means over a period of rows that are taken at `nodes`."""
+    return np.asarray(values @ nodes(pair, side)[1])
+
+
+def nodes(pair: ToothedPair, side: int) -> tuple[Array, Array]:
+    """Rolling lengths between which no pair of a side comes, goes or passes the pitch point, with
+    weights of means.
+    """
+    mesh = pair.mesh
+    at, sides = find_changes(mesh)
+    period = mesh.period * mesh.pitch
+    ends = np.unique(np.mod(at[sides == SIDES[side]], period))
+    places, weights = piecewise.gauss_panels(np.append(ends, ends[0] + period), 2)
+    return places.ravel(), weights.ravel() / period
+
+
+@pytest.mark.parametrize(("family", "seed", "z", "sense"), PAIRS)
+def test_pairs_bear_where_their_flanks_touch(family: str, seed: int, z: int, sense: int) -> None:
+    """The pitch point is on the normal of every solved contact, at the distance that is told."""
+    pair = stage(family, seed, z, FREE, sense)
+    mesh = pair.mesh
+    at = mesh.positions[::9] + 1e-7
+    faced, beyond = mesh.facing(at), BearingPairs.from_mesh(mesh, at).beyond
+    points = Contacts(mesh, faced).points
+    for k, place in enumerate(at):
+        radius = float(np.hypot(*mesh.gear.curve.at(mesh.pair.sense * at[k : k + 1])[:2])[0])
+        for side, margin in zip(SIDES, beyond, strict=True):
+            arms = points[:, (faced.at == place) & (faced.side == side)] - np.array(
+                [[radius], [0.0]]
+            )
+            solved = np.sort(-side * np.sign(arms[1]) * np.hypot(*arms))
+            assert margin[: len(solved), k] == pytest.approx(solved, abs=1e-13)
+            assert np.isnan(margin[len(solved) :, k]).all()
+    assert np.nanmin(np.abs(BearingPairs.from_mesh(mesh, at + 1e-5).beyond - beyond)) > 5e-6
+
+
+@pytest.mark.parametrize(("family", "seed", "z", "sense"), PAIRS)
+@pytest.mark.parametrize("side", [0, 1])
+def test_as_many_pairs_bear_as_the_contact_ratio_says(
+    family: str, seed: int, z: int, sense: int, side: int
+) -> None:
+    pair = stage(family, seed, z, FREE, sense)
+    bearing = BearingPairs.from_mesh(pair.mesh, nodes(pair, side)[0])
+    count = mean(pair, side, np.isfinite(bearing.beyond[side]).sum(axis=0))
+    assert count == pytest.approx(
+        pair.mesh.contact_ratios[pair.mesh.pairs.side == SIDES[side]].mean(), abs=1e-9
+    )
+
+
+@pytest.mark.parametrize(("z", "mate", "shift"), [(31, 31, 0.0), (24, 57, 0.3), (40, 19, -0.2)])
+def test_circular_gear_losses_agree_with_textbooks(z: int, mate: int, shift: float) -> None:
+    """H_v = pi (u + 1)/(z u) (1 - e + e1^2 + e2^2): Niemann, Winter: Maschinenelemente II, pairs
+    sharing alike.
+
+    It is the power lost per power and coefficient of friction, the normal force being the same at
+    all times.
+    """
+    pair = circles(z, mate, ToothOrder(shift=shift, allow_undercut=True))
+    first, second = (arcs[0] / pair.mesh.pitch for arcs in pair.mesh.arcs)
+    u, radii = mate / z, (1e-3 * z, 1e-3 * mate)
+    textbook = math.pi * (u + 1) / (z * u) * (1 - first - second + first**2 + second**2)
+    for side in (0, 1):
+        bearing = BearingPairs.from_mesh(pair.mesh, nodes(pair, side)[0])
+        per_distance = sum(1 / r for r in radii) / math.cos(pair.order.pressure_angle)
+        assert mean(pair, side, bearing.equal.away[side]) * per_distance == pytest.approx(
+            textbook, rel=1e-11
+        )
+        assert mean(pair, side, bearing.nearest.away[side]) * per_distance < 0.9 * textbook
+        assert mean(pair, side, bearing.farthest.away[side]) * per_distance > 1.1 * textbook
+
+
+@pytest.mark.parametrize("sense", [1, -1])
+def test_arc_of_a_polar_angle_leads_there(sense: int) -> None:
+    curve = stage("ellipse", 8, 25, FREE, sense).mesh.gear.curve
+    polar = np.linspace(-9, 9, 400)
+    assert curve.at(curve.arc(polar))[POLAR] == pytest.approx(polar, abs=1e-13)
+
+
+DEPTH = 0.0083885404
+"""Depth in modules to which teeth on a hollow curve run into each other."""
+
+
+def hollow(eccentricity: float, teeth: int, tip_radius: float = 1.0) -> ToothedPair:
+    """A deformed eccentric circle that is hollow on either side."""
+    parameters = np.array([0.031, eccentricity, 1.9])
+    stage: Stage = pairs.stage_of("eccentric_circle", parameters)
+    return cut_teeth(
+        build_stage_pair(stage, parameters),
+        replace(FREE, teeth=teeth, tip_radius=tip_radius),
+        "pair",
+        ("gear", "mate"),
+    )
+
+
+def test_suggested_racks_are_just_sufficient() -> None:
+    curves = hollow(0.012, 31)
+    with pytest.raises(
+        GeometryError, match=r"overlap by .* modules, .* mm, at the polar angle .* would do$"
+    ) as message:
+        cutting.check_pair_penetration(curves)
+    first, clearance, second = map(
+        float, re.findall(r"(?:radius|clearance) of ([\d.]+)", str(message.value))
+    )
+    offered = [
+        replace(FREE, tip_radius=first),
+        replace(FREE, clearance=clearance, tip_radius=second),
+    ]
+    short = [
+        replace(FREE, tip_radius=first + 0.01),
+        replace(offered[1], clearance=clearance - 0.01),
+    ]
+    assert second == 0.37
+    assert [cutting.passes_limits(curves, order) for order in (*offered, *short)] == [
+        True,
+        True,
+        False,
+        False,
+    ]
+
+
+def test_advised_rack_does_not_interfere_when_cut_again() -> None:
+    """Four times as many chords and positions see no more than the limit: the advice does not rest
+    on coarse ones.
+    """
+    curves = hollow(0.012, 31, tip_radius=0.17)
+    fine = {kind: 4 * count for kind, count in polygons.FINE_CHORDS.items()}
+    at = np.linspace(-2, 2, 801) * curves.mesh.pitch + curves.deepest.place
+    depth = polygons.Overlay.from_mesh(curves.mesh, fine).depths(at).max()
+    assert 0 < depth < cutting.MAX_PENETRATION * curves.sized.module
+    assert depth == pytest.approx(curves.deepest.value, abs=2e-4 * curves.sized.module)
+
+
+@pytest.mark.parametrize("module_mm", [0.1, 100.0])
+def test_penetration_is_the_same_at_any_size(module_mm: float) -> None:
+    parameters = np.array([0.031, 0.0115, 1.9])
+    curves = build_stage_pair(pairs.stage_of("eccentric_circle", parameters), parameters)
+    size = np.pi * 31 * module_mm * 1e-3 / curves.gear.length
+    pair = cut_teeth(curves.scaled(size), replace(FREE, teeth=31), "pair", ("gear", "mate"))
+    assert pair.sized.module == pytest.approx(module_mm * 1e-3, rel=1e-12)
+    assert pair.deepest.value / pair.sized.module == pytest.approx(DEPTH, rel=1e-8)
+    with pytest.raises(GeometryError, match=r"overlap by 0\.008\d+ modules"):
+        cutting.check_penetration(pair.mesh, pair.deepest, "pair")
+
+
+def test_missing_remedy_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(cutting, "MAX_CLEARANCE", 0.3)
+    assert cutting.suggest_racks(hollow(0.015, 41)).startswith(
+        "no smaller tip radius of the rack and no clearance"
+    )

@@ -135,24 +135,6 @@ def test_closest_curve_suits_the_train(tmp_path: Path) -> None:
         )
 
 
-@pytest.mark.usefixtures("blank_figures")
-def test_train_files(tmp_path: Path) -> None:
-    code, _, err = run(
-        "train", "sun2019-curve", "--poses", "sun2019-corrected", "--out", str(tmp_path)
-    )
-    assert code == 0, err
-    assert {p.stem for p in (tmp_path / "figures").glob("*.png")} == {
-        "ratios",
-        "pitch_curves",
-        "tip_path",
-    }
-    _, pitch = read_cycle_csv(tmp_path / "pitch_curves.csv")
-    assert pitch["driver_1_radius_mm"] + pitch["follower_1_radius_mm"] == pytest.approx(70)
-    _, cycle = read_cycle_csv(tmp_path / "cycle.csv")
-    assert cycle["i1"] * cycle["i2"] == pytest.approx(cycle["i"])
-    assert (tmp_path / "report.html").is_file()
-
-
 GOOD = "[[pose]]\nx_mm = 1\ny_mm = 1\nphi_deg = 1\n"
 BAD_POSES = {
     "one pose": (GOOD, "pose"),

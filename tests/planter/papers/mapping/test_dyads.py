@@ -19,7 +19,6 @@ from planter.papers.mapping.dyads import (
     find_family,
     fit_dyads,
     misses,
-    null_space,
     solve_dyads,
 )
 from tests.planter.papers.mapping.data import CORRECTED, inverse, random_poses, si
@@ -192,34 +191,6 @@ def test_kinematic_inversion_swaps_the_hinges(seed: int) -> None:
         solve_dyads(poses).dyads, solve_dyads(inverse(poses)).dyads, strict=True
     ):
         assert other.vector == pytest.approx([*dyad.centre, *dyad.point, dyad.radius], rel=1e-8)
-
-
-def test_roots_with_zero_gamma_are_included() -> None:
-    """A basis of the null space whose third vector is not needed for a dyad: there the patent would
-    divide by zero.
-    """
-    poses = random_poses(seeds_with(4)[1])
-    scale = Scale.from_poses(poses)
-    basis = null_space(scale.normalise(poses))[0]
-    dyad = scale.normalise_dyad(solve_dyads(poses).dyads[0])
-    p = basis @ (basis.T @ of_dyad(dyad))
-    assert p == pytest.approx(of_dyad(dyad), rel=1e-9)
-    turned = np.column_stack(
-        [p / np.linalg.norm(p), np.linalg.qr(np.column_stack([p, basis]))[0][:, 1:3]]
-    )
-    solution = solve_dyads(poses, turned)
-    assert worst(poses, solution.dyads) < 1e-10
-    for plain, other in zip(solve_dyads(poses).dyads, solution.dyads, strict=True):
-        assert other.vector == pytest.approx(plain.vector, rel=1e-9)
-
-
-def of_dyad(dyad: np.ndarray) -> np.ndarray:
-    """Coefficients p1..p8 as the patent prints them, for a0 = 1."""
-    x, y, a1, a2, radius = dyad
-    a3 = radius**2 - a1**2 - a2**2
-    return np.array(
-        [-1, x, y, a1, a2, a2 * x - a1 * y, -(a1 * x + a2 * y) / 2, (a3 - x**2 - y**2) / 4]
-    )
 
 
 def on_line(poses: np.ndarray, solution: Solution) -> float:

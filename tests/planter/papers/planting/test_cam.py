@@ -108,9 +108,9 @@ def test_force_vanishes_at_lift_off_speed_squared(device: Device) -> None:
     angles = np.linspace(0, 2 * np.pi, 721)
     rest, low_force, high_force = (push(angles, share * speed) for share in (1e-3, 1.0, 2.0))
     np.testing.assert_allclose(high_force - rest, 4 * (low_force - rest), atol=1e-3)
-    place = np.array([lift_off.angle])
-    assert abs(push(place, lift_off.speed)[0]) < 1e-6
-    assert push(angles, 0.999 * lift_off.speed).min() > 0 > push(place, 1.001 * lift_off.speed)[0]
+    place, limit = np.radians([lift_off.angle_deg]), lift_off.speed_rpm * np.pi / 30
+    assert abs(push(place, limit)[0]) < 1e-6
+    assert push(angles, 0.999 * limit).min() > 0 > push(place, 1.001 * limit)[0]
     np.testing.assert_allclose(low_force, device.side(device.design, angles)["F_E"], rtol=1e-12)
 
 

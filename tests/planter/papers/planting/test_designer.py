@@ -2,7 +2,6 @@
 cam does.
 """
 
-import dataclasses
 import math
 
 import numpy as np
@@ -13,7 +12,6 @@ from planter.errors import InputError
 from planter.kernels.formulas import load as formulas
 from planter.papers.planting import design_results as shown
 from planter.papers.planting import design_summary as summary
-from planter.papers.planting import optimisation
 from planter.papers.planting.design_results import DesignersSummary
 from planter.papers.planting.design_summary import DesignTurn
 from planter.papers.planting.file import PlantingMachine, load
@@ -196,43 +194,3 @@ def test_two_modules_are_refused() -> None:
     with pytest.raises(InputError, match=r"requirements.module_mm = 2"):
         with_teeth(wide)
     with_teeth(wide, module_mm=2.0)
-
-
-def test_every_sentence_of_an_optimisation_is_computed() -> None:
-    device = machines.device("wang2017")
-    start = simulate(device).result
-    proof = {
-        "kkt_residual": 1e-9,
-        "active_bounds": [],
-        "active_constraints": [],
-        "starts": 4,
-        "agreeing_starts": 3,
-        "spread": 0.0,
-    }
-    result = _optimum({"range_N": 0.9 * start.support_force.range_N, "certificate": proof})
-    sentence = optimisation.describe_optimum(start.support_force.range_N, result, 10)
-    assert sentence == "range 3.120 to 2.808 N, -10.0 %, certified; 0 of 10 parameters at a bound"
-    alone = _optimum({"range_N": 3.2, "certificate": {**proof, "agreeing_starts": 1}})
-    assert "+2.6 %, not certified" in optimisation.describe_optimum(3.12, alone, 10)
-    assert "to 3.200 N over 60 samples" in optimisation.describe_optimum(
-        3.12, dataclasses.replace(alone, samples=60), 10
-    )
-
-
-def _optimum(changes: dict[str, object]) -> optimisation.OptimumFound:
-    counts = {"objective": 1, "gradient": 1, "hessian": 1}
-    record = {
-        "method": "ipopt",
-        "samples": "refined",
-        "objective": 1.0,
-        "design": {},
-        "range_N": 1.0,
-        "variance_N2": 1.0,
-        "start_objective": 2.0,
-        "evaluations": counts,
-        "seconds": 1.0,
-        "certificate": {},
-        "effective_parameters": 8,
-        "insensitive": [],
-    }
-    return optimisation.OptimumFound.read({**record, **changes})

@@ -10,12 +10,13 @@ import pytest
 
 from planter import simulate
 from planter.exports import c99
+from planter.exports.motion_tables import FORMATS
 from planter.exports.quantities import build_name, list_quantities, to_identifier
 from planter.files import examples, units
 from planter.papers.planting.file import load
 from planter.papers.planting.functions import MODELS, Model
 from planter.papers.planting.model import Device, build_machine
-from tests.support.cli import answer
+from tests.support.cli import answer, refusal
 from tests.support.lanes import STRICT, path_of
 
 OBJECTIVE = ("range_N", "variance_N2", "mean_N")
@@ -131,3 +132,28 @@ def test_built_in_machines_have_unique_names() -> None:
         for m in MODELS
     ]
     assert len(set(names)) == len(names)
+
+
+@pytest.mark.parametrize("form", FORMATS)
+def test_every_format_is_written(form: str, tmp_path: Path) -> None:
+    result = answer(
+        "export", "motion", "wang2017", "--format", form, "--samples", "8", "--out", str(tmp_path)
+    )
+    assert result["format"] == form
+    assert {Path(file).name for file in result["files"]} == {
+        path.name for path in tmp_path.iterdir() if path.name[0] != "."
+    }
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("--turns", "0"), "between 1 and 555 with 360 samples"),
+        (("--turns", "99999"), "--turns = 99999"),
+        (("--samples", "4"), "between 8 and"),
+    ],
+)
+def test_invalid_motion_is_refused(
+    arguments: tuple[str, ...], message: str, tmp_path: Path
+) -> None:
+    assert message in refusal("export", "motion", "wang2017", *arguments, "--out", str(tmp_path))

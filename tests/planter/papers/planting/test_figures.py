@@ -16,8 +16,6 @@ from matplotlib.axes import Axes
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.text import Text
-from matplotlib.transforms import Bbox
 
 from planter.papers.planting.report import forces as figures
 from planter.report import style
@@ -57,42 +55,6 @@ def data(axes: Axes, label: str) -> np.ndarray:
 # ----------------------------------------------------------------------------------
 
 
-def outside(figure: Figure) -> list[str]:
-    """Texts that reach beyond the sheet."""
-    style.fix_layout(figure)
-    figure.draw_without_rendering()
-    box = figure.bbox.padded(0.5)
-    return [
-        text
-        for text, e in texts(figure)
-        if not (box.contains(e.x0, e.y0) and box.contains(e.x1, e.y1))
-    ]
-
-
-def texts(figure: Figure) -> list[tuple[str, Bbox]]:
-    texts = [t for t in figure.findobj(Text) if t.get_visible() and t.get_text().strip()]
-    hidden = {
-        id(label)
-        for axes in figure.axes
-        for axis in (axes.xaxis, axes.yaxis)
-        for tick in axis.get_major_ticks() + axis.get_minor_ticks()
-        for label in (tick.label1, tick.label2)
-        if not min(axis.get_view_interval()) <= tick.get_loc() <= max(axis.get_view_interval())
-    }
-    return [(t.get_text(), t.get_window_extent()) for t in texts if id(t) not in hidden]
-
-
-@pytest.mark.parametrize("name", FIGURES)
-def test_no_text_is_cut_off(name: str) -> None:
-    assert outside(FIGURES[name]()) == []
-
-
-def test_cut_text_is_detected() -> None:
-    figure = FIGURES["support force"]()
-    figure.text(0.98, 0.5, "much too far to the right")
-    assert outside(figure) == ["much too far to the right"]
-
-
 @pytest.mark.parametrize("name", FIGURES)
 def test_every_axis_has_a_unit(name: str) -> None:
     labels = [
@@ -120,15 +82,6 @@ def test_the_same_data_give_the_same_bytes(name: str) -> None:
     first = style.render_svg(FIGURES[name]())
     assert style.render_svg(FIGURES[name]()) == first
     assert "<dc:date>" not in first
-
-
-def test_earlier_figures_have_no_influence() -> None:
-    figure = FIGURES["support force"]()
-    first = style.render_svg(figure)
-    assert (
-        style.render_figure(figure)["png"] == style.render_figure(FIGURES["support force"]())["png"]
-    )
-    assert style.render_svg(figure) == first
 
 
 @pytest.fixture(scope="module")

@@ -26,14 +26,6 @@ def device(name: str, model: Model) -> Device:
     return Device(swapped.machine() if name == "swapped" else load(name), model)
 
 
-def test_swapped_machine_has_different_functions() -> None:
-    first, other = (device(name, "exact") for name in ("wang2017", "swapped"))
-    assert [s.family for s in first.stages] == [s.family for s in reversed(other.stages)]
-    assert (
-        first.force.response.values_kernel.work.loop != other.force.response.values_kernel.work.loop
-    )
-
-
 def _arguments(kernel: Kernel, device: Device, x: Array) -> list[Array]:
     at = device.prologue(x)
     phi = np.add.outer(device.force.offsets, ANGLES).reshape(1, -1)
@@ -62,30 +54,13 @@ def _check_rows(name: str, actual: Array, theirs: Array) -> None:
 
 
 def _compare(kernel: Kernel, device: Device, names: tuple[str, ...]) -> None:
-    builders = {"lanes": backends.build_lane_backend, "casadi-c": backends.build_casadi_backend}
-    values = {name: builders[name](kernel.work) for name in names}
+    values = {name: backends.build_compiled(kernel.work, name) for name in names}
     for x in _designs(device):
         arguments = _arguments(kernel, device, x)
-        expected = backends.build_virtual_machine(kernel.work)(arguments, arguments[0].shape[1])
+        expected = backends.VirtualMachine(kernel.work)(arguments, arguments[0].shape[1])
         for name, way in values.items():
             for actual, theirs in zip(way(arguments, arguments[0].shape[1]), expected, strict=True):
                 _check_rows(name, actual, theirs)
-
-
-@pytest.mark.parametrize(
-    ("name", "model"),
-    sampled(
-        [("wang2017", "exact"), ("compact", "exact"), ("swapped", "printed")],
-        product(MACHINES, MODELS),
-    ),
-)
-def test_force_and_slopes(name: str, model: Model) -> None:
-    planting_device = device(name, model)
-    for kernel in (
-        planting_device.force.response.values_kernel,
-        planting_device.force.response.slopes_kernel,
-    ):
-        _compare(kernel, planting_device, ("lanes", "casadi-c"))
 
 
 @pytest.mark.parametrize("name", MACHINES[:2])
@@ -129,15 +104,10 @@ def test_a_kernel_of_another_model_is_not_equal() -> None:
         "h": at.h.reshape(-1, 1)
     }
     theirs = [values[name] for name in printed.force.response.values_kernel.names]
-    first = backends.build_lane_backend(exact.force.response.values_kernel.work)(
+    first = backends.build_compiled(exact.force.response.values_kernel.work, "lanes")(
         arguments, arguments[0].shape[1]
     )
-    other = backends.build_lane_backend(printed.force.response.values_kernel.work)(
+    other = backends.build_compiled(printed.force.response.values_kernel.work, "lanes")(
         theirs, arguments[0].shape[1]
     )
     assert difference(first[0], other[0]) > 1e-3
-
-
-def test_rates_along_the_angle() -> None:
-    planting_device = device("wang2017", "exact")
-    _compare(planting_device.force.response.rates_kernel, planting_device, ("lanes",))

@@ -16,8 +16,6 @@ from planter.files.fields import FileSection, Problems, check, invalid_value_pro
 from planter.papers.planting.file import PlantingMachine, load
 from planter.papers.planting.model import Device
 
-INERTIA_C1 = "C1_centroidal_xx_yy_zz_kg_m2"
-
 
 def tampered(folder: Path, section: str, key: str, line: str | None) -> Path:
     """A copy of the wang2017 file in which the line of a key in a section is replaced, or taken
@@ -63,12 +61,6 @@ def test_a_byte_order_mark_is_no_obstacle(tmp_path: Path) -> None:
     path = tmp_path / "mine.toml"
     path.write_text(examples.example("compact"), encoding="utf-8-sig")
     assert load(path).name == "compact"
-
-
-def test_built_in_design_is_within_bounds() -> None:
-    for machine in map(load, examples.list_examples("planting")):
-        for name, (lower, upper) in machine.bounds.items():
-            assert lower <= machine.design[name] <= upper, (machine.name, name)
 
 
 # --- SI values
@@ -192,12 +184,6 @@ def test_change_affects_only_the_named_number(name: str, path: str) -> None:
     assert after.origin(path) == "set on the command line"
 
 
-def test_a_list_with_an_changed_item_is_set_on_the_command_line() -> None:
-    machine = load("wang2017", {"hinge_A_mm[0]": 31.0})
-    assert machine.origin("nozzle.hinge_A_mm") == "set on the command line"
-    assert machine.origin("nozzle.hinge_A_mm[1]") == "assumed"
-
-
 def test_changes_add_up() -> None:
     machine = load("wang2017", {"sun_kg": 0.5}).with_numbers({"samples": 90.0})
     assert machine.mass.sun_kg == 0.5
@@ -255,46 +241,25 @@ def test_ambiguous_name_lists_candidates(tmp_path: Path) -> None:
 
 REFUSED = [
     ("mass", "sun_kg", "-0.4", "it must be greater than 0"),
-    ("mass", "carrier_kg", "0", "it must be greater than 0"),
     ("mass", "half_C2_kg", "nan", "it must be a finite number"),
-    ("mass", "half_C2_kg", "inf", "it must be a finite number"),
     ("mass", "half_C2_kg", '"0.42"', "it must be a number"),
     ("mass", "half_C2_kg", "true", "it must be a number"),
     ("mass", "half_C2_kg", "[0.42]", "it must be a number"),
     ("mass", "half_C2_kg", "1979-05-27", "it must be a number"),
-    ("operation", "speed_rpm", "0", "it must be greater than 0"),
-    ("operation", "speed_rpm", "-40", "it must be greater than 0"),
     ("operation", "gravity_m_s2", "-9.81", "it must be at least 0"),
     ("operation", "forward_speed_m_s", "-inf", "it must be a finite number"),
     ("contact", "pressure_angle_deg", "45", "it must be less than 45"),
-    ("contact", "pressure_angle_deg", "0", "it must be greater than 0"),
-    ("contact", "cam_friction_angle_deg", "-1", "it must be at least 0"),
-    ("contact", "cam_friction_angle_deg", "45", "it must be less than 45"),
     ("contact", "tooth_friction_angle_deg", "20.0", "it must be less than pressure_angle_deg = 20"),
-    ("contact", "tooth_friction_angle_deg", "-5", "it must be at least 0"),
-    ("inertia", "J56_about_A1_kg_m2", "0", "it must be greater than 0"),
     ("inertia", "J56_about_A1_kg_m2", "5.3e-06", "mass times squared centroid distance, 5.4e-06"),
     ("inertia", "J7_about_B1_kg_m2", "0.0005", "mass times squared centroid distance, 0.0005232"),
     (
         "inertia",
-        INERTIA_C1,
+        "C1_centroidal_xx_yy_zz_kg_m2",
         "[2e-05, 4e-05, 7e-05]",
         "none of the three may exceed the sum of the other two",
     ),
-    ("inertia", INERTIA_C1, "[2e-05, 4e-05]", "it must be a list of 3 numbers"),
-    ("centroid", "sun_radius_mm", "-4", "it must be at least 0"),
-    ("centroid", "planet_xy_mm", "[20, -6, 0]", "it must be a list of 2 numbers"),
-    ("centroid", "planet_xy_mm", "20", "it must be a list of 2 numbers"),
-    ("nozzle", "hinge_A_mm", "[]", "it must be a list of 3 numbers"),
-    ("nozzle", "hinge_A_mm", '"30, 0, 40"', "it must be a list of 3 numbers"),
-    ("nozzle", "tip_distance_mm", "0", "it must be greater than 0"),
-    ("cam", "rocker_length_mm", "-36", "it must be greater than 0"),
-    ("cam", "base_radius_mm", "0", "it must be greater than 0"),
-    ("cam", "opening_deg", "0", "it must be greater than 0"),
-    ("cam", "opening_deg", "90", "it must be less than 90"),
-    ("cam", "psi0_deg", "-90", "it must be greater than -90"),
+    ("inertia", "C1_centroidal_xx_yy_zz_kg_m2", "[2e-05, 4e-05]", "it must be a list of 3 numbers"),
     ("cam", "psi0_deg", "72.0", "it must be less than 90 - opening_deg = 72"),
-    ("cam", "rise_delta_deg", "[180.0, 130.0]", "0 <= start < end <= 360"),
     ("cam", "rise_delta_deg", "[130.0, 130.0]", "0 <= start < end <= 360"),
     ("cam", "rise_delta_deg", "[-1.0, 130.0]", "0 <= start < end <= 360"),
     ("cam", "fall_delta_deg", "[246.0, 361.0]", "0 <= start < end <= 360"),
@@ -306,48 +271,25 @@ REFUSED = [
     ),
     (
         "cam",
-        "fall_delta_deg",
-        "[10.0, 60.0]",
-        "it must start where the rise has ended, at 180 or later",
-    ),
-    (
-        "cam",
         "flank",
         '"cycloid"',
         "it must be one of '3-4-5 polynomial', '4-5-6-7 polynomial', 'cyc",
     ),
-    ("spring", "rate_N_m", "-1", "it must be at least 0"),
-    ("spring", "preload_N", "-1", "it must be at least 0"),
     ("stage1", "family", '""', "it must not be empty"),
     ("stage2", "family", "2", "it must be text in quotes"),
     ("design", "R3_mm", "nan", "it must be a finite number"),
-    ("design", "R3_mm", '"30 mm"', "it must be a number"),
     ("bounds", "R3_mm", "[31.01, 30.46]", "it must be [lower, upper] with lower less than upper"),
-    ("bounds", "R3_mm", "[31.0, 31.0]", "it must be [lower, upper] with lower less than upper"),
     ("bounds", "R3_mm", "31.0", "it must be a list of 2 numbers"),
-    ("objective", "weight_range", "-0.1", "it must be at least 0"),
     ("objective", "samples", "7", "it must be at least 8"),
-    ("objective", "samples", "100001", "it must be at most 100000"),
     ("objective", "samples", "90.5", "it must be a whole number"),
-    ("objective", "samples", "true", "it must be a whole number"),
     ("objective", "kind", '"si"', "it must be 'paper' or 'newton'"),
-    ("genetic_algorithm", "individuals", "3", "it must be at least 4"),
-    ("genetic_algorithm", "individuals", "20000", "it must be at most 10000"),
-    ("genetic_algorithm", "generations", "0", "it must be at least 1"),
     ("genetic_algorithm", "bits_per_variable", "53", "it must be at most 52"),
     ("genetic_algorithm", "selection_ratio", "0", "it must be greater than 0"),
     ("genetic_algorithm", "crossover_probability", "1.5", "it must be at most 1"),
-    ("genetic_algorithm", "mutation_probability", "-0.01", "it must be at least 0"),
     (
         "origin",
         "speed_rpm",
         '"guessed"',
-        "it must start with paper, assumed, calibrated, measured or optimised",
-    ),
-    (
-        "origin",
-        "speed_rpm",
-        '"papers"',
         "it must start with paper, assumed, calibrated, measured or optimised",
     ),
     ("origin", "speed_rpm", "1", "it must be text in quotes"),
@@ -376,7 +318,7 @@ def test_refused_value_names_file_key_and_rule(
         ("contact", "tooth_friction_angle_deg", "19.9"),
         ("contact", "cam_friction_angle_deg", "25"),
         ("inertia", "J56_about_A1_kg_m2", "5.5e-6"),
-        ("inertia", INERTIA_C1, "[2e-5, 4e-5, 6e-5]"),
+        ("inertia", "C1_centroidal_xx_yy_zz_kg_m2", "[2e-5, 4e-5, 6e-5]"),
         ("centroid", "middle_radius_mm", "0"),
         ("cam", "rise_delta_deg", "[0, 246]"),
         ("cam", "fall_delta_deg", "[180, 360]"),
@@ -447,13 +389,6 @@ def test_missing_unknown_and_misspelt_keys(
     assert message.startswith(f"{path}: ")
     for word in words:
         assert word in message
-
-
-def test_both_weights_zero_is_refused(tmp_path: Path) -> None:
-    path = tampered(tmp_path, "objective", "weight_range", "weight_range = 0")
-    assert load(path).objective.weight_range == 0
-    message = refusal(path, {"weight_variance": 0.0})
-    assert f"{path}: objective.weight_range = 0.0: it must be above 0" in message
 
 
 def test_missing_or_malformed_section_is_refused(tmp_path: Path) -> None:
@@ -713,12 +648,6 @@ def test_broken_toml_is_refused_with_place(tmp_path: Path, text: str, words: lis
     assert message.startswith(f"{path}: ")
     for word in words:
         assert word in message
-
-
-def test_an_empty_file_is_refused(tmp_path: Path) -> None:
-    path = tmp_path / "my.toml"
-    path.write_text("", encoding="utf-8")
-    assert refusal(path).startswith(f"{path}: name is missing")
 
 
 def test_control_characters_of_a_file_do_not_reach_the_message(tmp_path: Path) -> None:

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 from planter.engine.machine import Machine
-from planter.errors import InputError
 from planter.measured import calibration, reading
 from planter.measured.calibration import Calibrated, ValidationMeasurement
 from planter.measured.curve import Chosen, MeasuredCurve
@@ -194,16 +193,6 @@ def test_invalid_calibration_options_exit_with_a_line(tmp_path: Path) -> None:
     assert "--quantity = weight is not a quantity" in refusal(
         *call, "--fit", "sun_kg=0.3:0.5", "--quantity", "weight"
     )
-
-
-def test_too_few_points_are_rejected(tmp_path: Path) -> None:
-    path = tmp_path / "data.csv"
-    path.write_text(
-        "angle [deg],force [N]\n" + "\n".join(f"{i},9" for i in range(reading.FEWEST - 1)),
-        encoding="utf-8",
-    )
-    with pytest.raises(InputError, match="a fit needs 12"):
-        read(path, COLUMNS, 1.0)
 
 
 def measurement(phi_deg: np.ndarray, values: np.ndarray, noise: float) -> reading.Measurement:

@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 
 from planter.files import examples
+from planter.mechanism.presentation import SET_ORIGIN
 from planter.papers.planting import design_presentation, file
 from planter.papers.planting.commands.options import build_device
 from planter.papers.planting.optimisation import OptimisationInterrupted
@@ -139,11 +140,7 @@ def test_optimum_file_has_all_inputs_and_marks_changes(tmp_path: Path) -> None:
     assert text.count("# was") == 2
     assert all(back.origin(path).startswith("optimised") for path in moved)
     assert back.origin("design.m31").startswith("paper")
-    assert (
-        back.origin("mass.sun_kg")
-        == back.origin("nozzle.hinge_A_mm[0]")
-        == design_presentation.SET_ORIGIN
-    )
+    assert back.origin("mass.sun_kg") == back.origin("nozzle.hinge_A_mm[0]") == SET_ORIGIN
     assert back.origin("operation.speed_rpm") == "paper"
     assert back.origin("nozzle.hinge_A_mm[1]") == "assumed"
 

@@ -2,14 +2,12 @@
 built-in machines.
 """
 
-from pathlib import Path
-
 import pytest
 
 from planter.files import examples, units
 from planter.papers.planting.file import load
 from planter.papers.planting.plausible import RANGES, find_implausible_values
-from tests.support.cli import answer, run
+from tests.support.cli import answer
 
 
 @pytest.mark.parametrize("name", examples.list_examples("planting"))
@@ -41,22 +39,6 @@ def test_validate_and_simulate_warn_of_a_wrong_unit(name: str, value: float, usu
     assert warning["name"] == "implausible_value"
     assert usual in warning["message"]
     assert warning in answer("simulate", "wang2017", "--set", setting)["warnings"]
-
-
-@pytest.mark.usefixtures("blank_figures")
-def test_warnings_are_shown_in_tables_and_on_the_page(tmp_path: Path) -> None:
-    code, out, _ = run("validate", "wang2017", "--set", "tip_distance_mm=0.21")
-    assert code == 0
-    assert "implausible_value" in out
-    code, out, _ = run(
-        "simulate", "wang2017", "--set", "tip_distance_mm=0.21", "--out", str(tmp_path)
-    )
-    assert code == 0
-    assert "implausible_value" in out
-    assert (
-        "nozzle.tip_distance_mm = 0.21 mm is not what is usual"
-        in (tmp_path / "report.html").read_text()
-    )
 
 
 def test_ranges_are_of_numbers_with_units_and_name_their_reason() -> None:

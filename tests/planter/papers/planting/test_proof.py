@@ -38,7 +38,6 @@ ASKED = range(1, COUNT // 2, 3)
 its turn.
 """
 SHARE = 0.02
-SHORT = ("--method", "ipopt", "--starts", "1", "--samples", "24")
 
 
 @cache
@@ -237,51 +236,17 @@ def test_small_box_is_proved_and_false_claim_is_not() -> None:
     assert false > best
 
 
-def test_command_reports_reached_gap() -> None:
-    result = answer("optimise", "wang2017", *SHORT, "--prove", "--prove-seconds", "0")
-    proof = result["proof"]
-    keys = {
-        "objective",
-        "lower_bound",
-        "gap",
-        "boxes",
-        "seconds",
-        "proved",
-        "statement",
-        "kind",
-        "samples",
-        "design",
-    }
-    assert set(proof) == keys
-    assert (proof["kind"], proof["samples"]) == ("sampled", result["samples"])
-    assert (proof["objective"], proof["design"]) == (result["objective"], result["design"])
-    assert proof["proved"] == (proof["gap"] <= 1e-6 * proof["objective"])
-    assert not proof["proved"]
-    assert proof["lower_bound"] < proof["objective"]
-    distance = proof["objective"] - proof["lower_bound"]
-    assert distance <= proof["gap"] <= distance + 1e-8 * proof["objective"], (
-        "the upper bound has a margin for rounding"
-    )
-    assert proof["statement"].startswith("not proved to 1e-06 of the objective in ")
-
-
 def test_a_refined_search_has_a_proof_of_true_extremes() -> None:
-    result = answer(
-        "optimise",
-        "wang2017",
-        "--method",
-        "ipopt",
-        "--starts",
-        "1",
-        "--prove",
-        "--prove-seconds",
-        "0",
-    )
+    options = ("--method", "ipopt", "--starts", "1", "--prove", "--prove-seconds", "0")
+    result = answer("optimise", "wang2017", *options)
     proof = result["proof"]
     assert (proof["kind"], proof["samples"]) == ("true", None)
     assert (proof["objective"], proof["design"]) == (result["objective"], result["design"])
-    assert proof["lower_bound"] < proof["objective"]
     assert not proof["proved"]
+    distance = proof["objective"] - proof["lower_bound"]
+    room = 2e-6 * proof["objective"]  # of the enclosure of the incumbent
+    assert 1e-6 * proof["objective"] < distance <= proof["gap"] <= distance + room
+    assert proof["statement"].startswith("not proved to 1e-06 of the objective in ")
 
 
 @cache
@@ -329,27 +294,13 @@ def test_true_bounds_of_a_part_of_the_cycle_are_wrong(monkeypatch: pytest.Monkey
     assert not bounds.lower_bound <= value <= bounds.reached
 
 
-def test_a_proof_is_made_where_it_is_asked_for() -> None:
-    assert "proof" not in answer("optimise", "wang2017", *SHORT)
-
-
 def test_a_narrow_box_is_proved() -> None:
     """A machine whose bounds leave one parameter some room."""
     base = machine("wang2017")
-    narrow = {
-        f"bounds.{name}[{side}]": value for name, value in base.design.items() for side in (0, 1)
-    }
-    narrow |= {
-        "bounds.k6[0]": 0.0309,
-        "bounds.k6[1]": 0.0311,
-        "bounds.gamma_deg[0]": 20.0,
-        "bounds.gamma_deg[1]": 40.0,
-    }
     table = base.table()
-    table["bounds"] = {
-        name: [narrow[f"bounds.{name}[0]"] - 1e-6, narrow[f"bounds.{name}[1]"] + 1e-6]
-        for name in base.design
-    }
+    bounds = {name: (value, value) for name, value in base.design.items()}
+    bounds |= {"k6": (0.0309, 0.0311), "gamma_deg": (20.0, 40.0)}
+    table["bounds"] = {name: [low - 1e-6, high + 1e-6] for name, (low, high) in bounds.items()}
     subject = Device(type(base).read(table, "narrow"))
     seen: list[Progress] = []
     optimum = optimisation.optimise(subject, "ipopt", str(COUNT), starts=1)

@@ -17,9 +17,9 @@ import pytest
 
 from planter.errors import InputError
 from planter.progress import Progress
-from planter.rows.sweeps import sweep
-from planter.rows.sweeps.command import compute_sweep
-from planter.rows.sweeps.plan import Plan
+from planter.rows import sweep
+from planter.rows.points import Plan
+from planter.rows.sweep_presentation import compute_sweep
 from tests.support.cli import answer, refusal, run
 from tests.support.schemas import load_schema
 
@@ -132,14 +132,6 @@ def test_folder_of_other_plan_exits_2(tmp_path: Path) -> None:
     assert result["resumed"] == 0
     rows = pyarrow.parquet.read_table(out / "rows.parquet")
     assert rows["operation.speed_rpm"].to_pylist() == [35, 40, 46]
-
-
-def test_list_shows_inputs_and_outputs() -> None:
-    result = answer("sweep", "--list", "wang2017")
-    jsonschema.validate(result, load_schema("sweep"))
-    assert result["choices"] == {"model": ["exact", "printed"]}
-    assert "radius" in result["inputs"]["design.R3_mm"]
-    assert "motor" in result["outputs"]["M_L_max_Nm"]
 
 
 def test_sweep_without_plan_is_rejected() -> None:

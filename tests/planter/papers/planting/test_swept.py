@@ -2,8 +2,6 @@
 way.
 """
 
-from collections.abc import Callable
-
 import numpy as np
 import pytest
 
@@ -15,84 +13,13 @@ from planter.papers.planting.file import PlantingMachine
 from planter.papers.planting.model import Device
 from planter.papers.planting.swept import ADAPTER
 
-INPUTS = {
-    "operation.speed_rpm": (35.0, 45.0),
-    "mass.planet_kg": (1.0, 1.4),
-    "centroid.planet_xy_mm[1]": (-8.0, -4.0),
-    "design.e3_mm": (5.5, 5.7),
-    "design.theta_deg": (65.0, 66.0),
-    "contact.cam_friction_angle_deg": (4.0, 8.0),
-}
-OUTPUTS = (
-    "objective",
-    "support_range_N",
-    "support_max_N",
-    "support_variance_N2",
-    "support_mean_N",
-    "M_L_rms_Nm",
-    "M_L_std_Nm",
-    "M_L_min_Nm",
-    "tip_y_min_mm",
-    "F_E_max_N",
-    "alpha_range_deg",
-)
 MANY = 20_000
 """Samples whose extremes and means miss true ones by the square of a step."""
-MEASURED: dict[str, Callable[[np.ndarray], float]] = {
-    "max": np.max,
-    "min": np.min,
-    "range": np.ptp,
-    "mean": np.mean,
-    "std": np.std,
-    "variance": np.var,
-    "rms": lambda values: np.sqrt(np.mean(values**2)),
-}
 
 
 @pytest.fixture(scope="module")
 def machine(kernel_cache: None) -> PlantingMachine:
     return file.load("wang2017", {"objective.samples": 90})
-
-
-def by_simulation(
-    machine: PlantingMachine, model: str, point: np.ndarray, outputs: tuple[str, ...]
-) -> list[float]:
-    """Outputs of a row by `planter simulate`: a machine of its own, all of its quantities, in many
-    samples.
-    """
-    numbers = dict(zip(INPUTS, map(float, point), strict=True)) | {"objective.samples": MANY}
-    changed = machine.with_numbers(numbers)
-    simulated = simulate(Device(changed, "printed" if model == "printed" else "exact"))
-    columns = simulated.columns
-    values = {"objective": simulated.result.objective}
-    for name in set(outputs) - {"objective"}:
-        stem, kind, unit = name.rsplit("_", 2)
-        key = {"N2": f"{stem}_N"}.get(unit, f"{stem}_{unit}")
-        values[name] = float(MEASURED[kind](columns[key]))
-    return [values[name] for name in outputs]
-
-
-@pytest.mark.parametrize("model", ["exact", "printed"])
-def test_rows_equal_simulate(machine: PlantingMachine, model: str) -> None:
-    subject = ADAPTER.subject(ADAPTER.frozen(machine), {"model": model}, INPUTS, OUTPUTS)
-    shares = np.random.default_rng(3).random((3, len(INPUTS)))
-    low, high = np.array(list(INPUTS.values())).T
-    points = low + shares * (high - low)
-    expected = [by_simulation(machine, model, point, OUTPUTS) for point in points]
-    np.testing.assert_allclose(subject.evaluated(points, 1), expected, rtol=2e-6, atol=1e-7)
-
-
-def test_rows_do_not_hang_on_threads_or_on_their_neighbours(
-    machine: PlantingMachine, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("planter.engine.rows.MOST_ROWS", 7)
-    monkeypatch.setattr("planter.engine.rows.LEAST_WALKING", 16)
-    monkeypatch.setattr("planter.engine.rows.MOST_WALKING", 16)
-    subject = ADAPTER.subject(ADAPTER.frozen(machine), {}, INPUTS, OUTPUTS)
-    points = np.array(list(INPUTS.values())).T[np.arange(40) % 2]
-    alone = subject.evaluated(points[:1], 1)
-    for threads in (1, 3):
-        assert np.array_equal(subject.evaluated(points, threads)[::2], np.repeat(alone, 20, axis=0))
 
 
 def test_the_mean_force_is_the_weight_whatever_is_varied(machine: PlantingMachine) -> None:
@@ -107,14 +34,6 @@ def test_the_mean_force_is_the_weight_whatever_is_varied(machine: PlantingMachin
     gravity, mass = machine.operation.gravity_m_s2, machine.mass
     weights = weight + gravity * (2 * (points[:, 0] - mass.planet_kg) + points[:, 1] - mass.sun_kg)
     np.testing.assert_allclose(subject.evaluated(points, 1)[:, 0], weights, rtol=1e-10)
-
-
-def test_row_without_finite_cycle_is_empty(machine: PlantingMachine) -> None:
-    subject = ADAPTER.subject(ADAPTER.frozen(machine), {}, {"mass.planet_kg": (1.0, 1.4)}, OUTPUTS)
-    rows = subject.evaluated(np.array([[1.2], [1e308], [1.2]]), 1)
-    assert np.isnan(rows[1]).all()
-    assert np.array_equal(rows[0], rows[2])
-    assert np.isfinite(rows[0]).all()
 
 
 @pytest.mark.parametrize("name", ["wang2017", "compact"])

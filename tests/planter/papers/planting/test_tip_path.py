@@ -14,7 +14,7 @@ from planter.papers.planting.model import Device
 from planter.papers.planting.requirement_rows import RequirementRows
 from planter.papers.planting.requirements import evaluate_requirements
 from planter.papers.planting.swept import ADAPTER
-from planter.rows.tolerance.robust import Settings, find_robust
+from planter.rows.robust import Settings, find_robust
 from planter.text_files import parse_toml
 from tests.support.cli import answer
 

@@ -10,34 +10,20 @@ import numpy as np
 import pytest
 
 from planter import simulate
-from planter.engine.outputs import SampledOutputs
 from planter.errors import InputError
-from planter.papers.planting.file import PlantingMachine
 from planter.papers.planting.model import Device
 from planter.papers.planting.swept import ADAPTER
-from planter.rows.sweeps.adapter import ResolvedMachine
-from planter.rows.tolerance.analysis import (
+from planter.rows.adapter import ResolvedMachine
+from planter.rows.points import Spread
+from planter.rows.robust import RobustGoal, Settings
+from planter.rows.tolerance_analysis import (
     Tolerances,
     default_tolerances,
 )
-from planter.rows.tolerance.job import Spread
-from planter.rows.tolerance.robust import RobustGoal, Settings
 from tests.support.cli import answer, refusal, run
-from tests.support.sampled import sampled
 from tests.support.schemas import load_schema
 
 EXAMPLE = Path(__file__).parents[4] / "docs" / "examples" / "tolerances.toml"
-OUTPUTS = (
-    "objective",
-    "support_range_N",
-    "support_variance_N2",
-    "support_mean_N",
-    "M_L_max_Nm",
-    "M_L_rms_Nm",
-    "M_L_std_Nm",
-    "tip_y_min_mm",
-    "F_E_max_N",
-)
 
 
 @pytest.fixture(scope="module")
@@ -48,32 +34,6 @@ def resolved(kernel_cache: None) -> ResolvedMachine:
 @pytest.fixture(scope="module")
 def spreads(resolved: ResolvedMachine) -> dict[str, Spread]:
     return default_tolerances(resolved).spreads(resolved, "usual")
-
-
-def subject(
-    machine: PlantingMachine, spreads: dict[str, Spread], model: str = "exact"
-) -> SampledOutputs:
-    ends = {name: (spread.low, spread.high) for name, spread in spreads.items()}
-    return ADAPTER.subject(ADAPTER.frozen(machine), {"model": model}, ends, OUTPUTS)
-
-
-@pytest.mark.parametrize("model", sampled(["exact"], ["exact", "printed"]))
-def test_output_slopes_equal_differences(
-    resolved: ResolvedMachine, spreads: dict[str, Spread], model: str
-) -> None:
-    output_adapter = subject(resolved.machine, spreads, model)
-    centre, steps = (
-        np.array([getattr(spread, key) for spread in spreads.values()]) for key in ("centre", "std")
-    )
-    steps = 1e-3 * steps
-    values, slopes = output_adapter.slopes(centre)
-    np.testing.assert_allclose(values, output_adapter.evaluated(centre[None], 1)[0], rtol=1e-9)
-    forward, back = (
-        output_adapter.evaluated(centre + sign * np.diag(steps), 1) for sign in (1, -1)
-    )
-    expected = ((forward - back) / (2 * steps[:, None])).T
-    size = np.abs(expected * steps).max(axis=1, keepdims=True) / steps
-    np.testing.assert_array_less(np.abs(slopes - expected), 2e-5 * size)
 
 
 def test_default_tolerances_cover_workshop_and_speed(spreads: dict[str, Spread]) -> None:

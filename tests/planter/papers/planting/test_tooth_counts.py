@@ -22,6 +22,7 @@ from planter.papers.planting import optimisation as device_search
 from planter.papers.planting import tooth_count_search
 from planter.papers.planting.file import load
 from planter.papers.planting.model import Device
+from planter.papers.planting.objective import build_problem
 from planter.papers.planting.optimisation import Optimisation, OptimisationInterrupted
 from planter.papers.planting.requirements import InfeasibleRequirementsError
 from planter.papers.planting.tooth_count_search import (
@@ -98,9 +99,7 @@ def test_pitch_curve_lengths_agree_with_quadrature() -> None:
 
 
 def test_certificate_holds_on_the_constraints_only() -> None:
-    task = device_search.build_constrained_problem(
-        device(), 60, None, PitchLengthConstraints(device(), SPEC)
-    )
+    task = build_problem(device(), 60, None, PitchLengthConstraints(device(), SPEC))
     design = optimisation().optimum.design
     assert optimisation().result.certificate.kkt_residual < 1e-9
     assert kkt_residual(task, (design - task.box.origin) / task.box.unit) < 1e-9
@@ -163,19 +162,6 @@ def test_all_methods_satisfy_length_constraints() -> None:
     assert best - 1e-9 <= optima["ga"].objective < optima["ga"].start_objective
     assert all(is_satisfied(device(), SPEC, optimum) for optimum in optima.values())
     assert find_optimum(starts=1).design.tolist() == optima["ipopt"].design.tolist()
-
-
-@pytest.mark.parametrize(
-    ("model", "sampling"),
-    [("printed", 60), pytest.param("exact", "refined", marks=pytest.mark.long)],
-)
-def test_lengths_hold_in_each_model_and_for_true_extremes(model: str, sampling: int | str) -> None:
-    machine = Device(load("wang2017"), model)
-    optimum = device_search.search_optimum(
-        machine, "ipopt", sampling, starts=1, lengths=PitchLengthConstraints(machine, SPEC)
-    )
-    assert is_satisfied(machine, SPEC, optimum)
-    assert optimum.certificate.kkt_residual < STATIONARITY_TOLERANCE
 
 
 def test_insensitive_directions_respect_the_lengths() -> None:
@@ -306,10 +292,8 @@ def test_uncuttable_teeth_report_reason() -> None:
     """Fifteen teeth are undercut; they are cut for the result once undercut is allowed."""
     machine = device()
     constraints = PitchLengthConstraints(machine, ToothCountSpec((4.1e-3, None), (15, None)))
-    x = device_search.find_feasible_point(
-        device_search.build_constrained_problem(machine, 60, None, constraints), None, 0
-    )
-    design = device_search.build_constrained_problem(machine, 60, None).design(x)
+    x = device_search.find_feasible_point(build_problem(machine, 60, None, constraints), None, 0)
+    design = build_problem(machine, 60, None).design(x)
     (stage,) = evaluate_stages(constraints, design, machine.design, [])
     assert "are undercut" in stage.refused
     assert min(gear.margin for gear in stage.gears) < 0

@@ -12,10 +12,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from planter.engine.outputs import CycleObjective
 from planter.kernels import compiler, programs
 from planter.papers.planting.file import PlantingMachine, load
 from planter.papers.planting.model import Device
-from planter.papers.planting.objective import CycleObjective
 from planter.papers.planting.show import PlantingView
 from planter.report.subject import open_machine
 from tests.planter.studio.static.told import TWELVE, Told, assert_drawn

@@ -1,1 +1,0 @@
-"""What this installation has, and what would make it faster."""
