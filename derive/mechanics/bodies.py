@@ -12,7 +12,7 @@ from ..equations import Balance, Definition, Equation, Kind, derived_equation
 from ..functions import partial_derivative
 from ..model import Let
 from ..quantity import Quantity
-from .frames import Frame, Motion, Point, Triple, Vec, displacement, zero
+from .frames import Frame, Motion, Point, Rows, Triple, Vec, displacement, zero
 
 KINDS: tuple[Kind, Kind] = ("force", "moment")
 AXES = ("x", "y", "z")
@@ -32,17 +32,10 @@ class Part:
     inertia: tuple[Expr, ...]
 
     @property
-    def tensor(self) -> tuple[Triple, Triple, Triple]:
+    def tensor(self) -> Rows:
         """Rows of the inertia [kg m2]."""
         xx, yy, zz, xy, xz, yz = (*self.inertia, *[S.Zero] * (6 - len(self.inertia)))
         return (xx, xy, xz), (xy, yy, yz), (xz, yz, zz)
-
-    def momentum(self, spin: Vec) -> Vec:
-        """Return the angular momentum about the centroid [kg m2/s] at a ``spin`` [rad/s], along the
-        body's axes.
-        """
-        x, y, z = sp.Matrix(self.tensor) * sp.Matrix(spin.components)
-        return Vec(spin.frame, (x, y, z))
 
 
 def about_pin(moment: Expr, mass: Expr, offset: Vec) -> tuple[Expr, Expr, Expr]:
@@ -243,7 +236,7 @@ class Assembly:
         force = part.mass * fall
         if kind == "force":
             return force
-        rate = self.motion.resolve(self.motion.momentum_rate(part, body.frame), pin.axes)
+        rate = self.motion.resolve(self.motion.momentum_rate(part.tensor, body.frame), pin.axes)
         return self.motion.arm(pin.at, part.centroid, pin.axes).cross(force) - rate
 
 
@@ -282,7 +275,7 @@ def body_loads(assembly: Assembly, body: Body, ground: Body) -> list[tuple[Vec, 
     for part in body.parts:
         fall = assembly.gravity - motion.acceleration(part.centroid, world)
         loads.append((part.mass * fall, motion.velocity(part.centroid, world)))
-        loads.append((-motion.momentum_rate(part, body.frame), motion.spin(body.frame)))
+        loads.append((-motion.momentum_rate(part.tensor, body.frame), motion.spin(body.frame)))
     return loads
 
 
@@ -348,7 +341,7 @@ def kinetic_energy(motion: Motion, bodies: Iterable[Body], world: Frame) -> Expr
     for body in bodies:
         for part in body.parts:
             speed, spin = motion.velocity(part.centroid, world), motion.spin(body.frame)
-            turning = motion.angular_momentum(part, body.frame).dot(spin)
+            turning = motion.angular_momentum(part.tensor, body.frame).dot(spin)
             total += part.mass * speed.dot(speed) / 2 + turning / 2
     return total
 
@@ -379,7 +372,7 @@ def angular_momentum_residuals(assembly: Assembly, ground: Body, about: Point) -
     for body in assembly.bodies:
         for part in body.parts:
             fall = part.mass * (assembly.gravity - motion.acceleration(part.centroid, world))
-            rate = motion.momentum_rate(part, body.frame).resolved(world)
+            rate = motion.momentum_rate(part.tensor, body.frame).resolved(world)
             total = total + displacement(about, part.centroid, world).cross(fall) - rate
     return dict(zip(AXES, total.components, strict=True))
 

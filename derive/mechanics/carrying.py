@@ -87,7 +87,7 @@ class RandomPoses:
         """
         for spread in SPREADS:
             try:
-                return self._finish(self._close(spread, gaps, slopes[: len(gaps)]))
+                return self.finish(self._close(spread, gaps, slopes[: len(gaps)]))
             except (NotEvaluated, ZeroDivisionError, OverflowError, np.linalg.LinAlgError):
                 continue
             except UnknownNodeError:
@@ -102,14 +102,16 @@ class RandomPoses:
         """
         nothing = dict.fromkeys(rates, 0.0)
         rest, *more = (
-            self._finish(self._at(pose.at, self._parameters | nothing | change)).matrix([rows])[0]
+            self.finish(self._at(pose.at, self._parameters | nothing | change)).matrix([rows])[0]
             for change in ({}, *({rate: 1.0} for rate in rates))
         )
         return rest, np.array(more).T - rest[:, None]
 
-    def _finish(self, pose: Pose) -> Pose:
+    def finish(self, pose: Pose) -> Pose:
+        """Evaluate further expressions, also those that were stated since, and return the pose."""
         for step in self._further:
-            pose.point.set(step.symbol, pose.point(step.expr))
+            if step.symbol not in pose.point:
+                pose.point.set(step.symbol, pose.point(step.expr))
         return pose
 
     def _close(self, spread: float, gaps: Sequence[Expr], slopes: Sequence[Sequence[Expr]]) -> Pose:

@@ -5,15 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import cache, cached_property, lru_cache, reduce
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TypeAlias
 
 import sympy as sp
 from sympy import Expr, Matrix, S
 
-if TYPE_CHECKING:
-    from .bodies import Part
-
 Triple = tuple[Expr, Expr, Expr]
+Rows = tuple[Triple, Triple, Triple]
+"""A matrix, row by row."""
 Axis = tuple[int, int, int]
 X: Axis = (1, 0, 0)
 Y: Axis = (0, 1, 0)
@@ -344,7 +343,7 @@ class Motion:
         return self.derivative(vector) - self.spin(observer).resolved(vector.frame).cross(vector)
 
     def resolve(self, vector: Vec, frame: Frame) -> Vec:
-        """Return a vector by its components in a frame."""
+        """Return a vector by its components in a frame, in the same unit."""
         return vector.resolved(frame)
 
     def velocity(self, point: Point, frame: Frame) -> Vec:
@@ -352,15 +351,17 @@ class Motion:
         origin = next(iter(point.chain()))
         return self.derivative(displacement(origin, point, frame))
 
-    def angular_momentum(self, part: Part, frame: Frame) -> Vec:
-        """Return the angular momentum of a part about its centroid [kg m2/s], along the axes of the
-        `spin` of its ``frame``.
+    def angular_momentum(self, tensor: Rows, frame: Frame) -> Vec:
+        """Return the angular momentum [kg m2/s] of an inertia [kg m2] along the axes of ``frame``,
+        with which it turns; its axes are those of the `spin`.
         """
-        return part.momentum(self.spin(frame))
+        spin = self.spin(frame)
+        x, y, z = Matrix(tensor) * Matrix(spin.components)
+        return Vec(spin.frame, (x, y, z))
 
-    def momentum_rate(self, part: Part, frame: Frame) -> Vec:
+    def momentum_rate(self, tensor: Rows, frame: Frame) -> Vec:
         """Return the rate of that [N m]."""
-        return self.derivative(self.angular_momentum(part, frame))
+        return self.derivative(self.angular_momentum(tensor, frame))
 
     def acceleration(self, point: Point, frame: Frame) -> Vec:
         """Return the absolute acceleration of a point [m/s2], along the axes of ``frame``."""

@@ -93,7 +93,7 @@ def project_on_rates(stated: Statement, time: Quantity) -> tuple[list[list[Expr]
     return Free(stated, time).project()
 
 
-class FreeMotion(Motion):
+class CoordinateMotion(Motion):
     """Motion of many coordinates: rates of expressions in one pass."""
 
     def rate(self, expr: Expr) -> Expr:
@@ -378,6 +378,7 @@ class Free:
             stated.named,
             self.steps.steps,
         )
+        motions = self._virtual_motions(rows)
         pose = poses.draw([self._plain(gap) for gap in stated.loops.gaps.values()], slopes)
         if pose is None:
             return {}
@@ -386,7 +387,7 @@ class Free:
             pose.matrix([[row.by(u) for u in unknowns] for row in rows]),
             pose.matrix(slopes),
         )
-        ways = pose.matrix(self._virtual_motions(rows)) @ null_space(jacobian)
+        ways = pose.matrix(motions) @ null_space(jacobian)
         if resisting := find_resistance(action_slopes, [row.is_law for row in rows], ways):
             names = ", ".join(str(unknowns[i]).removeprefix("size_") for i in resisting)
             raise MechanismError(
@@ -404,6 +405,7 @@ class Free:
             q: self._column(rows, self._reaction_loads(speeds[key]))
             for key, q in self._reactions.items()
         }
+        poses.finish(pose)  # of steps that the columns need
         values = [pose.matrix([column])[0] for column in columns.values()]
         uncarried = [list(columns)[i] for i in find_uncarried(action_slopes, values)]
         action_slopes = np.column_stack(

@@ -24,7 +24,7 @@ from ..quantity import (
 from .bodies import AXES
 from .driven_motion import Sides, derive_driven_motion, derive_twin_lane
 from .frames import NO_AXIS, Axis, Frame, Motion, Point, Quaternion, Vec, Z, displacement, unit
-from .free_motion import FreeMotion, derive_free_motion, symbolic_accelerations
+from .free_motion import CoordinateMotion, derive_free_motion, symbolic_accelerations
 from .joints import Joints, Scalar
 from .statement import MechanismError, to_triple
 
@@ -107,7 +107,9 @@ class Mechanism(Joints):
                 )
         fall = gravity if isinstance(gravity, Sequence) else (0, -gravity, 0)
         changing = {} if acceleration is None else {speed: acceleration}
-        motion = FreeMotion({TIME: S.One}) if angle is None else Motion({angle: speed, **changing})
+        motion = (
+            CoordinateMotion({TIME: S.One}) if angle is None else Motion({angle: speed, **changing})
+        )
         super().__init__(name, given, angle, motion, fall, spatial, world)
         self.title, self.source, self.speed = (
             title or name.replace("_", " ").capitalize(),

@@ -19,26 +19,25 @@ from sympy import Expr, S
 from ..functions import partial_derivative
 from ..model import Let
 from ..quantity import Quantity, word
-from .bodies import AXES, Part
-from .frames import Frame, Motion, Point, Quaternion, Triple, Vec, multiply_cross
+from .bodies import AXES
+from .frames import Frame, Motion, Point, Quaternion, Rows, Triple, Vec, multiply_cross
 from .loops import Coordinate
 
-Rows = tuple[Triple, Triple, Triple]
 Slopes = dict[int, Triple]
 """Slopes of three components in the rates of coordinates, by the places of these."""
 NOTHING: Triple = (S.Zero, S.Zero, S.Zero)
 IDENTITY: Rows = ((S.One, S.Zero, S.Zero), (S.Zero, S.One, S.Zero), (S.Zero, S.Zero, S.One))
 TURNS = "angles of frames, with cosine and sine, and rows R of their axes in the world"
 MOTION = (
-    "motion in the world, w and dw of frames (e against another); of points d and u against the base,"
-    " r, v, a"
+    "motion in the world, w and dw of frames (e against another); of points d and u against the "
+    "base, r, v, a"
 )
 INERTIA = "inertia I in the world, angular momentum L"
 LOADS = "loads of bodies: i of inertia and weight, forces p and moments q of actions"
 CARRIED = "what is carried: forces f by points, moments n by frames"
 ARTICULATED = (
-    "articulated inertias A and loads P; along a coordinate inertia U and D, shares S, acceleration s;"
-    " B and H for the body before"
+    "articulated inertias A and loads P; along a coordinate inertia U and D, shares S, "
+    "acceleration s; B and H for the body before"
 )
 GIVEN = "accelerations g that coordinates give (h by the body before)"
 NOTES = {
@@ -52,7 +51,7 @@ NOTES = {
 }
 """What the names of steps begin with, and what that means."""
 NEAR = 2
-"""Offsets between two points that are added up; of points farther apart the places are subtracted."""
+"""Offsets that are added up between two points; of points farther apart places are subtracted."""
 
 
 def add_triples(*vectors: Iterable[Expr]) -> Triple:
@@ -137,7 +136,7 @@ class MotionSteps(Motion):
         self._frames: dict[Frame, FrameSteps] = {}
         self._points: dict[Point, Triple] = {}
         self._cache: dict[tuple[str, object], Triple] = {}
-        self._tensors: dict[tuple[Frame, tuple[Expr, ...]], Rows] = {}
+        self._tensors: dict[tuple[Frame, Rows], Rows] = {}
         self._siblings: dict[tuple[Frame, int], list[tuple[Frame, set[Expr]]]] = {}
         self._turned: dict[tuple[Frame, int, Expr], Rows] = {}
         for frame in sorted(frames, key=_count_terms):
@@ -486,12 +485,12 @@ class MotionSteps(Motion):
 
     # --- bodies -----------------------------------------------------------------------------------
 
-    def tensor(self, part: Part, frame: Frame) -> Rows:
-        """Return the centroidal inertia of a part [kg m2] along the axes of the world."""
-        key = frame, part.inertia
+    def tensor(self, tensor: Rows, frame: Frame) -> Rows:
+        """Return an inertia [kg m2] along the axes of a frame by those of the world."""
+        key = frame, tensor
         if key not in self._tensors:
             rows = self.frame(frame).rows
-            carried = [multiply_rows(part.tensor, row) for row in rows]
+            carried = [multiply_rows(tensor, row) for row in rows]
             entries: dict[tuple[int, int], Expr] = {}
             for i, j in ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)):
                 stem = f"I_{word(frame.name)}_{AXES[i]}{AXES[j]}"
@@ -501,25 +500,25 @@ class MotionSteps(Motion):
             self._tensors[key] = x, y, z
         return self._tensors[key]
 
-    def angular_momentum(self, part: Part, frame: Frame) -> Vec:
-        """Return the angular momentum of a part about its centroid [kg m2/s], in the world."""
+    def angular_momentum(self, tensor: Rows, frame: Frame) -> Vec:
+        """Return the angular momentum of an inertia [kg m2/s], in the world."""
 
         def find(_: object) -> Triple:
             spin = self.spin(frame).components
-            momentum = multiply_rows(self.tensor(part, frame), spin)
+            momentum = multiply_rows(self.tensor(tensor, frame), spin)
             if spin[:2] == (0, 0):  # in the plane it is needed but once
                 return momentum
             return self._name_node("L", frame, "kg m2/s", momentum)
 
-        return Vec(self.world, self._know("L", (frame, part.inertia), find))
+        return Vec(self.world, self._know("L", (frame, tensor), find))
 
-    def momentum_rate(self, part: Part, frame: Frame) -> Vec:
+    def momentum_rate(self, tensor: Rows, frame: Frame) -> Vec:
         """Return the rate of that [N m]."""
-        momentum = self.angular_momentum(part, frame).components
+        momentum = self.angular_momentum(tensor, frame).components
         swept = multiply_cross(self.spin(frame).components, momentum)
         return Vec(
             self.world,
-            add_triples(multiply_rows(self.tensor(part, frame), self.turning(frame)), swept),
+            add_triples(multiply_rows(self.tensor(tensor, frame), self.turning(frame)), swept),
         )
 
     # --- loads ------------------------------------------------------------------------------------

@@ -48,7 +48,7 @@ class Loads:
         for body in self.bodies:
             for part in body.parts:
                 motion.acceleration(part.centroid, motion.world)
-                motion.momentum_rate(part, body.frame)
+                motion.momentum_rate(part.tensor, body.frame)
         self._pushes = [
             (
                 self._name("p", "N", action, action.force),
@@ -78,7 +78,7 @@ class Loads:
             rise = add_triples(motion.acceleration(part.centroid, motion.world).components, fall)
             label = f"i_{word(body.name)}" + (f"_{number}" if number > 1 else "")
             force = motion.name_all(label, "N", scale_triple(part.mass, rise))
-            moments.append(motion.momentum_rate(part, body.frame).components)
+            moments.append(motion.momentum_rate(part.tensor, body.frame).components)
             moments.append(multiply_cross(motion.reach(at, part.centroid), force))
             forces.append(force)
         for action, (force, moment) in zip(self._actions, self._pushes, strict=True):
@@ -101,20 +101,19 @@ class Loads:
         return self.motion.collect_power(forces, moments)
 
 
-@dataclass
+@dataclass(eq=False)
 class Link:
     """Bodies that do not move against each other, and what moves them against the link before.
 
-    `at` is a point fixed in them. Where `turns` is 1, they turn with the link before; where `moves`
-    is 1, the point is carried by it at a distance `reach` [m]. `ways` are the slopes of spin and velocity in
-    the rates of their own coordinates.
+    `at` is a point fixed in them, which the link before carries at a distance `reach` [m]; where
+    `turns` is 1, they turn with it, too. `ways` are the slopes of spin and velocity in the rates of
+    their own coordinates.
     """
 
     bodies: list[Body]
     at: Point
     before: Link | None = None
     turns: int = 0
-    moves: int = 0
     reach: Triple = NOTHING
     ways: dict[int, Six] = field(default_factory=dict)
 
@@ -131,10 +130,10 @@ class Tree:
             base = self._motion.base(body.frame)
             at = self._climb(loads.stated.anchor(body), base)
             self._by_place.setdefault((at, base), Link([], at)).bodies.append(body)
-        places = self._by_place.items()
-        are_moved = [self._find_before(link, base) for (_, base), link in places]
+        for link in self._by_place.values():
+            self._find_before(link)
         owned = sorted(i for link in self._by_place.values() for i in link.ways)
-        self.links = self._order() if all(are_moved) and owned == list(range(count)) else None
+        self.links = self._order() if owned == list(range(count)) else None
 
     def _climb(self, point: Point, base: Frame) -> Point:
         """Return the point nearest to the origin against which one is fixed in a frame."""
@@ -173,49 +172,32 @@ class Tree:
             frame = parent
         return passed, True
 
-    def _find_before(self, link: Link, base: Frame) -> bool:
-        """Find the link before one, and what moves it; return whether it is moved by these alone."""
-        motion, point = self._motion, link.at
+    def _find_before(self, link: Link) -> None:
+        """Find the link before one, and what moves it against that."""
+        motion, point, end = self._motion, link.at, None
         offsets: list[Point] = []
         while (carrier := self._find_carrier(link, point)) is None and point.base is not None:
             offsets.append(point)
             point = point.base
-        end = None
+        reach, speeds = [NOTHING], list[Slopes]()
         if carrier is not None:
             link.before, end = carrier
-            link.moves = 1
-        elif (carrier := self._find_turning(link)) is not None:
-            link.before, end = carrier
+            reach.append(motion.reach(link.before.at, point))
         passed, is_carried = self._climb_frames(link.bodies[0].frame, end)
         link.turns = int(is_carried)
         spins = add_slopes([motion.spin_slopes(frame) for frame in passed])
-        reach = [motion.reach(link.before.at, point)] if link.moves and link.before else []
-        speeds: list[Slopes] = []
         for offset in offsets:
             assert offset.offset is not None
-            way, is_carried = self._climb_frames(offset.offset.frame, end)
-            reach += [motion.offset(offset)] if is_carried and link.moves else []
+            passed, is_carried = self._climb_frames(offset.offset.frame, end)
+            reach += [motion.offset(offset)] if is_carried else []
             speeds.append(motion.stretch_slopes(offset))
-            for frame in way:
+            for frame in passed:
                 for i, spin in motion.spin_slopes(frame).items():
                     speeds.append({i: multiply_cross(spin, motion.offset(offset))})
-            if is_carried and not link.moves:
-                return False
         velocity = add_slopes(speeds)
-        link.reach = add_triples(NOTHING, *reach)
+        link.reach = add_triples(*reach)
         for i in sorted(spins.keys() | velocity.keys()):
             link.ways[i] = (*spins.get(i, NOTHING), *velocity.get(i, NOTHING))
-        return True
-
-    def _find_turning(self, link: Link) -> tuple[Link, Frame] | None:
-        """Return the link with which one turns although its point is not carried by any."""
-        frame: Frame | None = self._motion.frame(self._motion.base(link.bodies[0].frame)).parent
-        while frame is not None and self._motion.frame(frame).parent is not None:
-            for (_, base), other in self._by_place.items():
-                if base == self._motion.base(frame):
-                    return other, base
-            frame = self._motion.frame(frame).parent
-        return None
 
     def _order(self) -> list[Link] | None:
         """Return the links, each after the one before it; None if they go round in a circle."""
@@ -241,7 +223,7 @@ class ArticulatedInertias:
         inertias = [self._find_inertia(link) for link in self._links]
         loads = [self._find_load(link) for link in self._links]
         solved: list[Expr] = [S.Zero] * self._count
-        places = {id(link): n for n, link in enumerate(self._links)}
+        places = {link: n for n, link in enumerate(self._links)}
         eliminated: list[list[tuple[int, Six, Six, Expr]]] = [[] for _ in self._links]
         for n, link in reversed(list(enumerate(self._links))):
             inertia = self._name_inertia(link, inertias[n])
@@ -254,12 +236,12 @@ class ArticulatedInertias:
                 inertia, load, step = self._eliminate(link, i, way, inertia, load)
                 eliminated[n].append(step)
             if link.before is not None:
-                m = places[id(link.before)]
+                m = places[link.before]
                 inertias[m] = _add_squares(inertias[m], self._carry(link, inertia))
                 loads[m] = _plus(loads[m], self._carry_load(link, load))
         changes: list[Six] = []
         for n, link in enumerate(self._links):
-            change = self._follow(link, changes[places[id(link.before)]] if link.before else None)
+            change = self._follow(link, changes[places[link.before]] if link.before else None)
             change = self._name_six(f"h_{self._label(link)}", ("rad/s2", "m/s2"), change)
             for i, way, share, size in reversed(eliminated[n]):
                 symbol = self._motion.coordinates[i].acceleration
@@ -286,7 +268,7 @@ class ArticulatedInertias:
                 x, y, z = arm = self._motion.reach(link.at, part.centroid)
                 square, mass = sum(a * a for a in arm), part.mass
                 cross = (S.Zero, -z, y), (z, S.Zero, -x), (-y, x, S.Zero)
-                tensor = self._motion.tensor(part, body.frame)
+                tensor = self._motion.tensor(part.tensor, body.frame)
                 for a in range(3):
                     total[a + 3][a + 3] += mass
                     total[a][a] += mass * square
@@ -345,7 +327,7 @@ class ArticulatedInertias:
 
     def _carry(self, link: Link, inertia: Square) -> Square:
         """Return an inertia as the link before feels it."""
-        turns, moves, arm = link.turns, link.moves, link.reach
+        turns, arm = link.turns, link.reach
         cross = (S.Zero, -arm[2], arm[1]), (arm[2], S.Zero, -arm[0]), (-arm[1], arm[0], S.Zero)
         if any(arm):
             inertia = self._name_square(f"B_{self._label(link)}", inertia)
@@ -354,13 +336,13 @@ class ArticulatedInertias:
         for a in range(3):
             for b in range(3):
                 mixed[a][b] += sum(cross[a][n] * inertia[n + 3][b + 3] for n in range(3))
-                total[a + 3][b + 3] = moves * inertia[a + 3][b + 3]
+                total[a + 3][b + 3] = inertia[a + 3][b + 3]
         label = self._label(link)
         for a in range(3):
             for b in range(3):
                 stem = f"H_{label}_{SIX[a]}_{SIX[b + 3]}"
                 mixed[a][b] = self._motion.name(stem, "kg m", mixed[a][b])
-                total[a][b + 3] = total[b + 3][a] = moves * mixed[a][b]
+                total[a][b + 3] = total[b + 3][a] = mixed[a][b]
         for a in range(3):
             for b in range(a, 3):
                 entry = turns * inertia[a][b]
@@ -373,7 +355,7 @@ class ArticulatedInertias:
         force = (load[3], load[4], load[5])
         turned = multiply_cross(link.reach, force)
         moment = tuple(link.turns * a + b for a, b in zip(load[:3], turned, strict=True))
-        return (*moment, *(link.moves * a for a in force))
+        return (*moment, *force)
 
     def _follow(self, link: Link, change: Six | None) -> Six:
         """Return the acceleration of a link that the one before gives it."""
@@ -381,7 +363,7 @@ class ArticulatedInertias:
             return (S.Zero,) * 6
         turn, push = (change[0], change[1], change[2]), change[3:]
         swept = multiply_cross(turn, link.reach)
-        moved = (link.moves * a + b for a, b in zip(push, swept, strict=True))
+        moved = (a + b for a, b in zip(push, swept, strict=True))
         return (*(link.turns * a for a in turn), *moved)
 
 

@@ -114,6 +114,7 @@ UNLISTED = {
     "component_axes",
     "data",
     "defined",
+    "list_centroids",
     "name_accelerations",
     "name_supports",
     "pin_of",

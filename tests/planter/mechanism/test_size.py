@@ -25,13 +25,12 @@ from planter.mechanism.file import load
 from planter.mechanism.machines import build_machine
 from planter.text_files import MOST_VALUES, check_values
 from tests.planter.exports.exported import Library
+from tests.planter.mechanism.state_space.statements import build_chain, build_tree
 from tests.support import own
 from tests.support.cli import answer
 
 STATEMENTS = Path(__file__).parent / "large"
 LINKS = 20
-LENGTH, MASS, MOMENT = 0.4, 1.0, 0.01
-"""Of each rod of the chain [m, kg, kg m2]."""
 Vector = NDArray[np.float64]
 
 
@@ -150,32 +149,13 @@ def test_order_of_elimination_keeps_the_platform_small() -> None:
 
 @cache
 def chain() -> Dynamics:
-    return own.dynamics(statement("chain20"), "chain20")
-
-
-def build_tree(links: int) -> object:
-    pin = pytest.importorskip("pinocchio")
-    tree = pin.Model()
-    tree.gravity.linear = np.array([0, -9.81, 0])
-    joint = 0
-    for k in range(links):
-        place = pin.SE3(np.eye(3), np.array([LENGTH * (k > 0), 0, 0]))
-        joint = tree.addJoint(joint, pin.JointModelRZ(), place, f"joint {k}")
-        inertia = pin.Inertia(MASS, np.array([LENGTH / 2, 0, 0]), np.diag([0, 0, MOMENT]))
-        tree.appendBodyToJoint(joint, inertia, pin.SE3.Identity())
-    return tree
-
-
-def build_chain(links: int) -> str:
-    """The statement of a chain without reactions."""
-    text = statement("chain20").replace("N=20", f"N={links}").replace("chain20", f"chain{links}")
-    return text.replace("m.system()", 'm.system(reported=["kinetic", "potential"])')
+    return own.dynamics(build_chain(LINKS), "own")
 
 
 @pytest.mark.parametrize("links", [3, 24, 50])
 def test_accelerations_of_a_chain_agree_with_pinocchio(links: int) -> None:
     pin = pytest.importorskip("pinocchio")
-    dynamics = own.dynamics(build_chain(links), f"chain{links}")
+    dynamics = own.dynamics(build_chain(links), "own")
     tree, rng = build_tree(links), np.random.default_rng(1)
     data, accelerate = tree.createData(), dynamics._bind_accelerations(1e-9)
     for _ in range(20):
@@ -193,9 +173,9 @@ def test_derivation_of_a_chain_grows_as_its_links() -> None:
         exec(build_chain(links), stated)
         texts[links] = emit_system(stated["SYSTEM"], select_targets(built_in()))
         assert time.process_time() - start < most_s
-    assert len(texts[50]["chain50.py"].encode()) <= 250_000
+    assert len(texts[50]["own.py"].encode()) <= 250_000
     operations = {
-        links: json.loads(text[f"chain{links}.json"])["functions"]["accelerations"]["operations"]
+        links: json.loads(text["own.json"])["functions"]["accelerations"]["operations"]
         for links, text in texts.items()
     }
     assert operations[50] <= 2.2 * operations[24]
@@ -206,7 +186,7 @@ def test_motion_of_a_chain_needs_as_many_evaluations_as_pinocchio(
 ) -> None:
     """Noise of the accelerations would make the integrator's steps short."""
     pin = pytest.importorskip("pinocchio")
-    tree, tolerance, counts = build_tree(LINKS), 1e-9, {"own": 0, "pinocchio": 0}
+    tree, tolerance, counts = build_tree(LINKS), 1e-10, {"own": 0, "pinocchio": 0}
     data, bind = tree.createData(), Dynamics._bind_accelerations
 
     def count(self: Dynamics, share: float) -> object:
@@ -231,7 +211,7 @@ def test_motion_of_a_chain_needs_as_many_evaluations_as_pinocchio(
     )
     while solver.status == "running":
         solver.step()
-    assert counts["own"] <= 1.5 * counts["pinocchio"]
+    assert counts["own"] <= 1.2 * counts["pinocchio"]
     assert np.degrees(motion.states[0, -1]) == pytest.approx(-67.5475, abs=1e-4)
     assert np.degrees(solver.y[0]) == pytest.approx(-67.5475, abs=1e-4)
 

@@ -1,5 +1,10 @@
 """Mechanisms that move freely, for tests of models and their exports."""
 
+from typing import Any
+
+import numpy as np
+import pytest
+
 CART = r'''
 from sympy import pi
 from derive import Mechanism, quantities
@@ -98,14 +103,32 @@ q = quantities("""
     J | kg m2 | about its centroid | 0.01
 """)
 m = Mechanism("own", q, gravity=q.g)
-end, frame, angle = m.O, m.world, 0
-before = m.ground
+end, before, angle = m.O, m.ground, 0
 for i in range(LINKS):
-    angle = angle + m.coordinate(f"q{i}", "rad", f"angle to the rod before, {i}")
+    angle = angle + m.coordinate(f"q{i}", "rad", f"relative angle {i}")
     frame = m.frame(f"rod{i}", angle)
-    rod = m.body(f"rod{i}", frame, q.m, m.point(f"C{i}", end, frame, q.l / 2), q.J)
+    rod = m.body(f"b{i}", frame, q.m, m.point(f"C{i}", end, frame, q.l / 2), q.J)
     m.pin(f"A{i}", rod, before, end)
     end, before = m.point(f"P{i}", end, frame, q.l), rod
 SYSTEM = m.system(reported=["kinetic", "potential"])
 '''
 """A chain of rods; the word LINKS is their number."""
+
+
+def build_chain(links: int) -> str:
+    """Return the statement of a chain."""
+    return CHAIN.replace("LINKS", str(links))
+
+
+def build_tree(links: int) -> Any:
+    """Return Pinocchio's model of the same."""
+    pin = pytest.importorskip("pinocchio")
+    tree = pin.Model()
+    tree.gravity.linear = np.array([0, -9.81, 0])
+    joint = 0
+    for k in range(links):
+        place = pin.SE3(np.eye(3), np.array([0.4 * (k > 0), 0, 0]))
+        joint = tree.addJoint(joint, pin.JointModelRZ(), place, f"joint {k}")
+        inertia = pin.Inertia(1.0, np.array([0.2, 0, 0]), np.diag([0, 0, 0.01]))
+        tree.appendBodyToJoint(joint, inertia, pin.SE3.Identity())
+    return tree

@@ -17,7 +17,13 @@ from planter.kernels import Array
 from planter.mechanism.dynamics import Reactions
 from planter.mechanism.state_space.linearisation import linearise_model
 from planter.mechanism.state_space.model import DynamicsModel, load_dynamics
-from tests.planter.mechanism.state_space.statements import CART, CHAIN, CRANKS, RUBBING
+from tests.planter.mechanism.state_space.statements import (
+    CART,
+    CRANKS,
+    RUBBING,
+    build_chain,
+    build_tree,
+)
 from tests.support import own
 from tests.support.cli import answer, refusal
 
@@ -173,16 +179,8 @@ def test_chain_has_the_derivatives_of_pinocchio() -> None:
     """Relative angles of six links; dense factors lose a digit or two against the recursion."""
     pin = pytest.importorskip("pinocchio")
     links = 6
-    text = CHAIN.replace("LINKS", str(links))
-    subject = load_dynamics(own.generated(text) / "own.toml")
-    tree = pin.Model()
-    tree.gravity.linear = np.array([0, -9.81, 0])
-    joint = 0
-    for k in range(links):
-        place = pin.SE3(np.eye(3), np.array([0.4 * (k > 0), 0, 0]))
-        joint = tree.addJoint(joint, pin.JointModelRZ(), place, f"joint {k}")
-        inertia = pin.Inertia(1.0, np.array([0.2, 0, 0]), np.diag([0, 0, 0.01]))
-        tree.appendBodyToJoint(joint, inertia, pin.SE3.Identity())
+    subject = load_dynamics(own.generated(build_chain(links)) / "own.toml")
+    tree = build_tree(links)
     data, rng = tree.createData(), np.random.default_rng(4)
     for _ in range(5):
         q, rates = rng.uniform(-np.pi, np.pi, links), rng.normal(size=links)
