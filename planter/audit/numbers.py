@@ -10,7 +10,8 @@ assumed; `reading` says how a print that can be read in two ways was read.
 
 Every [[claim]] is a statement of the text, the formula `by` which it is measured, and what the
 measure `must` be for it to be true. Every [[headline]] is a printed number that rests on equations
-or on other numbers (`quantities`), with formulas that compute it `as_printed` and `as_derived`."""
+or on other numbers (`quantities`), with formulas that compute it `as_printed` and `as_derived`.
+"""
 
 from __future__ import annotations
 
@@ -37,39 +38,27 @@ SAMPLE_SIZE = 12
 """Numbers on which a sign is tried first."""
 
 
-@dataclass(frozen=True)
-class SignError:
-    """A disclosed input with reversed sign, and the values of the numbers that it reproduces, by
-    index.
-    """
-
-    cause: str
-    inputs: Mapping[str, Any]
-    cured: Mapping[int, float]
-
-
 def find_sign_errors(
-    numbers: Sequence[Any], disclosed: Mapping[str, Any], assumed: Mapping[str, Any]
-) -> list[SignError]:
-    """Return sign errors that explain numbers of a paper that are not reproduced, the most
-    explanatory first.
+    numbers: Sequence[PrintedNumber], disclosed: Mapping[str, Any], assumed: Mapping[str, Any]
+) -> list[tuple[str, dict[int, float]]]:
+    """Return sign errors in disclosed inputs that explain numbers that are not reproduced, the most
+    explanatory first: the cause, and the values that it gives numbers, by index.
 
     Each explains only numbers that no earlier one explains.
     """
-    remaining, slips = dict(enumerate(numbers)), list[SignError]()
+    remaining, errors = dict(enumerate(numbers)), list[tuple[str, dict[int, float]]]()
     while len(remaining) >= MIN_NUMBERS:
         trials = [
-            _try_sign(name, inputs, remaining, disclosed, assumed)
-            for name, inputs in _reverse_signs(disclosed)
+            (cause, _list_cured(remaining, {**disclosed, **inputs}, assumed))
+            for cause, inputs in _reverse_signs(disclosed)
         ]
-        best = max(trials, key=lambda slip: len(slip.cured), default=None)
-        if best is None or len(best.cured) < MIN_NUMBERS:
+        best = max(trials, key=lambda trial: len(trial[1]), default=("", {}))
+        if len(best[1]) < MIN_NUMBERS:
             break
-        slips.append(best)
-        remaining = {
-            place: number for place, number in remaining.items() if place not in best.cured
-        }
-    return slips
+        errors.append(best)
+        for index in best[1]:
+            del remaining[index]
+    return errors
 
 
 def _reverse_signs(disclosed: Mapping[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:
@@ -88,33 +77,24 @@ def _reverse_signs(disclosed: Mapping[str, Any]) -> Iterator[tuple[str, dict[str
                     )
 
 
-def _try_sign(
-    name: str,
-    inputs: Mapping[str, Any],
-    numbers: Mapping[int, Any],
-    disclosed: Mapping[str, Any],
-    assumed: Mapping[str, Any],
-) -> SignError:
-    """Return the numbers that a sign explains, none if it explains none of the first
-    `SAMPLE_SIZE`.
+def _list_cured(
+    numbers: Mapping[int, PrintedNumber], disclosed: Mapping[str, Any], assumed: Mapping[str, Any]
+) -> dict[int, float]:
+    """Return the values of the numbers that agree with their print, none if none of the first
+    `SAMPLE_SIZE` does.
     """
     cured: dict[int, float] = {}
-    for count, (place, number) in enumerate(numbers.items()):
+    for count, (index, number) in enumerate(numbers.items()):
         if count == SAMPLE_SIZE and not cured:
             break
-        computed = _compute(number, {**disclosed, **inputs}, assumed)
-        if computed is not None and computed.value is not None and number.agrees_with(computed):
-            cured[place] = computed.value
-    return SignError(name, inputs, cured)
-
-
-def _compute(
-    number: Any, disclosed: Mapping[str, Any], assumed: Mapping[str, Any]
-) -> Computation | None:
-    try:
-        return Computation.evaluate(number.by, Inputs(number.arguments, disclosed, assumed))
-    except (PlanterError, ArithmeticError, ValueError):
-        return None
+        try:
+            inputs = Inputs(number.arguments, disclosed, assumed)
+            computed = Computation.evaluate(number.by, inputs)
+        except (PlanterError, ArithmeticError, ValueError):
+            continue
+        if computed.value is not None and number.agrees_with(computed):
+            cured[index] = computed.value
+    return cured
 
 
 SUFFIX = ".toml"
@@ -188,15 +168,14 @@ def load_numbers() -> dict[str, Any]:
         for f in files
         if f.name.endswith(SUFFIX)
     }
-    list_papers = sorted(tables, key=lambda name: (tables[name]["place"], name))
-    single: dict[str, Any] = {
-        key: {name: tables[name][key] for name in list_papers} for key in ("disclosed", "assumed")
-    }
-    rows = {
-        kind: [{"paper": name, **row} for name in list_papers for row in tables[name].get(kind, ())]
-        for kind in ROWS
-    }
-    return {"papers": {name: tables[name]["title"] for name in list_papers}, **single, **rows}
+    papers = sorted(tables, key=lambda name: (tables[name]["place"], name))
+    content: dict[str, Any] = {"papers": {name: tables[name]["title"] for name in papers}}
+    for key in ("disclosed", "assumed"):
+        content[key] = {name: tables[name][key] for name in papers}
+    for kind in ROWS:
+        rows = [(name, row) for name in papers for row in tables[name].get(kind, ())]
+        content[kind] = [{"paper": name, **row} for name, row in rows]
+    return content
 
 
 def load_formulas(package: ModuleType) -> None:
@@ -223,34 +202,30 @@ def judge_numbers(
     explains it and others, and `cured_to` is the value without that error.
     """
     table = load_numbers() if content is None else content
-    numbers_computed = [
-        recompute(number, table) for number in list_numbers(table) if paper in (None, number.paper)
-    ]
-    entries = [
-        build_entry(number_computed, decide_verdict(number_computed, numbers_computed))
-        for number_computed in numbers_computed
-    ]
-    for name in dict.fromkeys(number_computed.number.paper for number_computed in numbers_computed):
+    numbers = [number for number in list_numbers(table) if paper in (None, number.paper)]
+    computed = [recompute(number, table) for number in numbers]
+    entries = [build_entry(each, decide_verdict(each, computed)) for each in computed]
+    for name in dict.fromkeys(number.paper for number in numbers):
         wrong = [
             i
             for i, e in enumerate(entries)
             if e["paper"] == name and e["verdict"] == "not reproduced"
         ]
-        unmet = [numbers_computed[i].number for i in wrong]
-        for slip in find_sign_errors(unmet, table["disclosed"][name], table["assumed"][name]):
-            for place, value in slip.cured.items():
-                entries[wrong[place]] |= {"cured_by": slip.cause, "cured_to": value}
+        unmet = [numbers[i] for i in wrong]
+        errors = find_sign_errors(unmet, table["disclosed"][name], table["assumed"][name])
+        for cause, cured in errors:
+            for index, value in cured.items():
+                entries[wrong[index]] |= {"cured_by": cause, "cured_to": value}
     return entries
 
 
 def list_causes(entries: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
     """Return the errors in disclosed inputs, each with the numbers that only it prevents."""
     cured: dict[tuple[str, str], list[str]] = {}
-    for entry_judged in entries:
-        if entry_judged["cured_by"]:
-            cured.setdefault((entry_judged["paper"], entry_judged["cured_by"]), []).append(
-                f"{entry_judged['paper']}: {entry_judged['quantity']}"
-            )
+    for entry in entries:
+        if entry["cured_by"]:
+            named = cured.setdefault((entry["paper"], entry["cured_by"]), [])
+            named.append(f"{entry['paper']}: {entry['quantity']}")
     return [
         {"paper": paper, "cause": cause, "repair": cause, "equations": [], "numbers": names}
         for (paper, cause), names in cured.items()

@@ -177,14 +177,14 @@ def collect_verdicts(
 def _summarise(result: Entry, paper: str, title: str) -> dict[str, Any]:
     """Return the counts of verdicts on a paper."""
     parts = ("equations", "laws", "numbers", "causes")
-    own = {part: _select_papers(result[part], [paper]) for part in parts}
+    entries = {part: _select_papers(result[part], [paper]) for part in parts}
     return {
         "title": title,
-        "equations": _count_verdicts(own["equations"]),
-        "at_fault": sum(entry["verdict"] in FAULTY for entry in own["equations"]),
-        "causes": len(own["causes"]),
-        "laws_violated": sum(bool(law["caused_by"]) for law in own["laws"]),
-        "numbers": _count_verdicts(own["numbers"]),
+        "equations": _count_verdicts(entries["equations"]),
+        "at_fault": sum(entry["verdict"] in FAULTY for entry in entries["equations"]),
+        "causes": len(entries["causes"]),
+        "laws_violated": sum(bool(law["caused_by"]) for law in entries["laws"]),
+        "numbers": _count_verdicts(entries["numbers"]),
     }
 
 

@@ -226,11 +226,11 @@ def locate_crossings(
         touches, touch_rows = places[is_touch], turns.rows[is_touch]
         passed = distance > ROUNDING * sizes  # else rounding would decide whether it crosses twice
         halves = turns.select(passed).split(places[passed], reached[passed])
-        whole = turned.copy()
-        whole[turned] = passed
-        others = cells.select(~whole)
+        is_split = turned.copy()
+        is_split[turned] = passed
+        uncut = cells.select(~is_split)
         cells = _Cells(
-            np.append(others.rows, halves.rows), np.append(others.ends, halves.ends, axis=1)
+            np.append(uncut.rows, halves.rows), np.append(uncut.ends, halves.ends, axis=1)
         )
     cells, levels = _list_brackets(cells, periods)
     functions = values(cells.rows)

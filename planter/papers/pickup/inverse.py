@@ -10,11 +10,9 @@ so no spline is laid across them."""
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from heapq import heapify, heappop, heappush
 from typing import Any
 
 import numpy as np
@@ -223,24 +221,15 @@ def find_prominent_extrema(values: Array, tolerance: float, closed: bool) -> Int
     As long as two neighbours differ by less than the tolerance, the least such pair goes, and the
     next ones become neighbours; in a `closed` course the last is the first's.
     """
-    count = len(values)
-    ring = count if closed else count + 1
-    after, before = [(i + 1) % ring for i in range(ring)], [(i - 1) % ring for i in range(ring)]
-    stands = np.ones(ring, dtype=bool)
-    stands[count:] = False
-    ends = [(i, after[i]) for i in range(count) if after[i] < count]
-    waiting = [(abs(values[i] - values[j]), i, j) for i, j in ends]
-    heapify(waiting)
-    while waiting and waiting[0][0] < tolerance and count > 1:
-        _, i, j = heappop(waiting)
-        if not (stands[i] and stands[j]):
-            continue
-        stands[[i, j]], count = False, count - 2
-        low, high = before[i], after[j]
-        after[low], before[high] = high, low
-        if stands[low] and stands[high]:
-            heappush(waiting, (abs(values[low] - values[high]), low, high))
-    return np.flatnonzero(stands)
+    left = np.arange(len(values))
+    while len(left) > 1:
+        ring = np.append(left, left[:1]) if closed else left
+        steps = np.abs(np.diff(values[ring]))
+        k = int(steps.argmin())
+        if steps[k] >= tolerance:
+            break
+        left = np.delete(left, [k, (k + 1) % len(left)])
+    return left
 
 
 LAW_DEGREE = 5
@@ -534,25 +523,12 @@ def _sweep(places: Array) -> float:
 
 
 def _longest(distance: Array, tolerance: float) -> tuple[int, int]:
-    """Start and length of the longest cyclic run whose values differ by the tolerance at most.
-
-    `highs` and `lows` hold the places in the run that may yet be its greatest or its least value,
-    in order.
-    """
-    values = [*distance.tolist(), *distance.tolist()]
-    highs: deque[int] = deque()
-    lows: deque[int] = deque()
+    """Start and length of the longest cyclic run whose values differ by the tolerance at most."""
+    values = np.tile(distance, 2)
     begin, best = 0, (0, 0)
-    for end, value in enumerate(values):
-        for run, sign in ((highs, 1), (lows, -1)):
-            while run and sign * values[run[-1]] <= sign * value:
-                run.pop()
-            run.append(end)
-        while values[highs[0]] - values[lows[0]] > tolerance:
+    for end in range(1, len(values) + 1):
+        while np.ptp(values[begin:end]) > tolerance:
             begin += 1
-            for run in (highs, lows):
-                if run[0] < begin:
-                    run.popleft()
-        if end + 1 - begin > best[1]:
-            best = begin, end + 1 - begin
+        if end - begin > best[1]:
+            best = begin, end - begin
     return best

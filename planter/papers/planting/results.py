@@ -281,7 +281,7 @@ class CalibrationFound(Record):
     least_push_N: float
     rank: int
     other_model: OtherModel
-    front: list[CalibrationTradeoff] | None
+    front: list[CalibrationTradeoff] | None = None
 
 
 @dataclass(frozen=True)

@@ -23,7 +23,6 @@ from planter.kernels import Array
 from planter.measured.fit import fit_curve
 from planter.measured.noise import RHOS
 from planter.measured.posterior import Posterior
-from tests.planter.measured.test_noise import correlate
 from tests.support import own
 
 MASS = "m_s_kg"
@@ -45,8 +44,10 @@ def write(tmp_path: Path, crank: Machine) -> Write:
         phi = 2 * np.pi * np.arange(points) / points
         response = MachineResponse(crank, ["F_Ox", "M_in"])
         values = response.values(response.at_data(crank.data), phi)
-        rng = np.random.default_rng(seed)
-        errors = [correlate(rng, points, rho, 1.0) for _ in range(2)]
+        rng, errors = np.random.default_rng(seed), np.zeros((2, points))
+        errors[:, 0] = rng.normal(size=2)
+        for i in range(1, points):
+            errors[:, i] = rho * errors[:, i - 1] + np.sqrt(1 - rho**2) * rng.normal(size=2)
         force, torque = values[0] + offset + noise * errors[0], values[1] + noise / 50 * errors[1]
         rows = [
             f"{np.degrees(a):.9f},{f:.12f},{m:.12f}"

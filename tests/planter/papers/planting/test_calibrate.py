@@ -20,7 +20,7 @@ def test_fit_is_that_of_the_simulated_inputs(model: str, is_met: bool, tmp_path:
     misses = {key: 100 * (result["reached"][key] / value - 1) for key, value in THEORY.items()}
     assert result["miss_percent"] == pytest.approx(misses)
     assert is_met is (max(map(abs, misses.values())) <= 1)
-    assert bool(result["front"]) is not is_met
+    assert ("front" in result) is not is_met
     file = tmp_path / "fitted.toml"
     flank = result["choices"]["cam.flank"]
     file.write_text(run("example wang2017")[1].replace("4-5-6-7 polynomial", flank), "utf-8")
