@@ -14,6 +14,7 @@ from sympy.core.alphabets import greeks
 
 from ...functions import Polynomial, Turns
 from ...mechanics.gearing.pitch_curve import PitchCurve
+from ...mechanics.motion_steps import NOTES
 from ...model import COMMON, Call, Input, LinearSolve, SineSeries, Step, System, join_entries
 from ...quantity import OpenVector, Quantity
 from ..folder import Target
@@ -113,11 +114,18 @@ def _sections(functions: Iterable[Emitted]) -> Iterator[str]:
         gives = ", ".join(f"${_math(e)}$" for e in function.returned)
         repeated = " What stands above is not repeated." if len(new) < len(function.steps) else ""
         yield f"Gives {_code(function.output.name)}: {gives}.{repeated}\n"
-        for common, some in groupby(new, key=lambda step: step.source == COMMON):
-            if common:
+        for is_short, some in groupby(new, key=_is_abbreviation):
+            if is_short:
                 yield _aligned(some)
             else:
                 yield from map(_format_step, some)
+
+
+def _is_abbreviation(step: Step) -> bool:
+    """Whether a step continues others and has no meaning of its own."""
+    quantity = step.defines[0]
+    has_meaning = isinstance(quantity, Quantity) and quantity.meaning not in NOTES.values()
+    return step.source == COMMON and not has_meaning
 
 
 def _aligned(steps: Iterable[Step]) -> str:
@@ -132,10 +140,9 @@ def _format_step(step: Step) -> str:
     named = "; ".join(
         f"{_plain(q.meaning)} [{_unit(q.unit)}], {_code(q.name)}" for q in symbols_shown
     )
-    return (
-        f"{named[:1].upper()}{named[1:]} "
-        f"({_plain(step.source)}):\n\\begin{{align}}\n{_equations(step)}\n\\end{{align}}"
-    )
+    source = "" if step.source == COMMON else f" ({_plain(step.source)})"
+    equations = f"\\begin{{align}}\n{_equations(step)}\n\\end{{align}}"
+    return f"{named[:1].upper()}{named[1:]}{source}:\n{equations}"
 
 
 def _equations(step: Step) -> str:
