@@ -64,12 +64,12 @@ def test_modules_do_not_import_the_public_interface() -> None:
 def test_the_papers_machines_do_not_import_each_other() -> None:
     for module, imported in read_imports("planter").imports.items():
         room, _, package = module.partition(".papers.")
-        own = f"{room}.papers.{package.partition('.')[0]}"
+        home = f"{room}.papers.{package.partition('.')[0]}"
         if package:
             assert not [
                 name
                 for name in imported
-                if ".papers." in name and not f"{name}.".startswith(f"{own}.")
+                if ".papers." in name and not f"{name}.".startswith(f"{home}.")
             ]
 
 

@@ -121,8 +121,7 @@ class MachineStage:
 
 @dataclass(frozen=True)
 class FreeMotion:
-    """What makes a machine of a mechanism that no angle drives: a turn of it is the time from 0 to
-    `span` [s].
+    """The motion of a machine that no angle drives: a turn of it is the time from 0 to `span` [s].
 
     `respond` makes the responses of its quantities (as `planter.engine.response.MachineResponse`),
     whose states follow from `motions`, which are integrated; `extend` gives the machine over

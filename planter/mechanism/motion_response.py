@@ -41,7 +41,7 @@ AGREEMENT = 1e-6
 """Accelerations of the model and of the integration agree to this share: else a normal force that
 friction follows from has changed its sign, or the constraints are others than at the start.
 """
-KEPT = 32
+MOST_MOTIONS = 32
 """Motions that are kept: those of a design and of its neighbours, by which second derivatives
 follow.
 """
@@ -58,16 +58,16 @@ class Motions:
         names = [entry["name"] for entry in file.entries]
         self.inputs = [names.index(variable.name) for variable in self.model.inputs]
         self.parameters = [names.index(variable.name) for variable in self.model.parameters]
-        self._kept: dict[bytes, SensitiveMotion] = {}
+        self._motions: dict[bytes, SensitiveMotion] = {}
 
     def find(self, d: Array, moved: tuple[int, ...]) -> SensitiveMotion:
         """Return the motion at values d (v,) with its derivatives in those that are moved."""
         key = d.tobytes() + bytes(str(moved), "ascii")
-        if key not in self._kept:
-            if len(self._kept) >= KEPT:
-                del self._kept[next(iter(self._kept))]
-            self._kept[key] = SensitiveMotion(self, d, moved)
-        return self._kept[key]
+        if key not in self._motions:
+            if len(self._motions) >= MOST_MOTIONS:
+                del self._motions[next(iter(self._motions))]
+            self._motions[key] = SensitiveMotion(self, d, moved)
+        return self._motions[key]
 
     def split(self, d: Any) -> tuple[Any, Any]:
         """Return the inputs u and the parameters p of values d (v,)."""
@@ -240,16 +240,16 @@ class SensitiveMotion:
                 d[index] += share * step
                 return self.motions.dynamics.with_data(d).find_start()
 
-            near, far = (move(share) - move(-share) for share in (1.0, 2.0))
-            columns.append((8 * near - far) / (12 * step))
+            single, double = (move(share) - move(-share) for share in (1.0, 2.0))
+            columns.append((8 * single - double) / (12 * step))
         return np.array(columns).reshape(len(columns), -1).T
 
     def _jump(self, step: MotionStep, slopes: Array) -> Array:
         """Return the derivatives (2k, p) after the events at the end of a step."""
         names = self.dynamics.event_names
         for passage in step.crossed:
-            beside = 4 * abs(step.end - passage.time) + 1e-12 * self.motions.span
-            times = passage.time + np.array([-beside, beside])
+            margin = 4 * abs(step.end - passage.time) + 1e-12 * self.motions.span
+            times = passage.time + np.array([-margin, margin])
             before, after = step.states(times).T
             rates = [
                 np.concatenate(
@@ -396,8 +396,8 @@ class MotionResponse(MachineResponse):
         )
         rates = self._rates(motion, times, motion.states(times, steps))
         first = by_phi + np.einsum("mkn,kn->mn", by_state, rates)
-        along = by_design + np.einsum("mkn,nkp->mpn", by_state, motion.slopes(times, steps))
-        return rows, np.concatenate([first[:, :, None], along.transpose(0, 2, 1)], axis=2)
+        design_slopes = by_design + np.einsum("mkn,nkp->mpn", by_state, motion.slopes(times, steps))
+        return rows, np.concatenate([first[:, :, None], design_slopes.transpose(0, 2, 1)], axis=2)
 
     def _rates(self, motion: SensitiveMotion, times: Array, states: Array) -> Array:
         """Return the derivatives (2k, n) of states in phi."""

@@ -42,10 +42,10 @@ def test_derivatives_are_those_of_differences(text: str) -> None:
 
 def test_extremum_equals_dense_grid() -> None:
     (measure,) = parse_sum("beta where beta is least")
-    least = NodeMeasure(machine(), measure).value(machine().design)
+    value = NodeMeasure(machine(), measure).value(machine().design)
     response, grid = MachineResponse(machine(), ["beta"]), TURN * np.arange(7200) / 7200
     beta = response.values(response.at(machine().design), grid)[0] / response.quantities[0].factor
-    assert beta.min() * (1 + 1e-6) <= least <= beta.min()
+    assert beta.min() * (1 + 1e-6) <= value <= beta.min()
 
 
 def measure_jumps(machine: Machine, names: Sequence[str], x: Array | None = None) -> Array:

@@ -81,10 +81,10 @@ def differentiate(goal: Goal, x: Array) -> Array:
     """The gradient by differences of fourth order."""
     columns = []
     for step in np.diag(2e-4 * x):
-        near, far = (
+        single, double = (
             goal.evaluate(x + share * step) - goal.evaluate(x - share * step) for share in (1, 2)
         )
-        columns.append((8 * near - far) / (12 * step.sum()))
+        columns.append((8 * single - double) / (12 * step.sum()))
     return np.array(columns)
 
 
@@ -107,8 +107,8 @@ def test_measures_are_those_of_the_closed_form() -> None:
     }
     for text, value in expected.items():
         goal = build_goal(machine, f"-{text}" if text.startswith("min") else text)
-        found = goal.evaluate(machine.design)
-        assert abs(found) == pytest.approx(abs(value), rel=1e-8, abs=1e-9), text
+        reached = goal.evaluate(machine.design)
+        assert abs(reached) == pytest.approx(abs(value), rel=1e-8, abs=1e-9), text
 
 
 @pytest.mark.parametrize(
@@ -136,8 +136,8 @@ def test_second_derivatives_are_those_of_differences_of_slopes() -> None:
     phi = np.array([0.7, 2.9])
     hessians = response.curvatures(response.at(x), phi, np.ones((1, 2)))
     for column, step in enumerate(np.diag(1e-3 * x)):
-        near, far = (response.slopes(response.at(x + s * step), phi)[1][0] for s in (1, -1))
-        expected = (near - far) / (2 * step.sum())
+        above, below = (response.slopes(response.at(x + s * step), phi)[1][0] for s in (1, -1))
+        expected = (above - below) / (2 * step.sum())
         scale = np.abs(expected).max()
         assert hessians[:, 1 + column] == pytest.approx(expected, rel=1e-3, abs=1e-3 * scale)
 

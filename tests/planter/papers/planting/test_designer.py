@@ -10,7 +10,7 @@ import pytest
 from planter import simulate
 from planter.errors import InputError
 from planter.kernels.formulas import load as formulas
-from planter.papers.planting import design_results as shown
+from planter.papers.planting import design_results
 from planter.papers.planting import design_summary as summary
 from planter.papers.planting.design_results import DesignersSummary
 from planter.papers.planting.design_summary import DesignTurn
@@ -153,7 +153,7 @@ def test_only_a_cam_whose_acceleration_jumps_gives_shocks() -> None:
     assert not [shock for shock in shocks if shock.quantity == "x_tip_ddot"]
     kept_event = next(
         table
-        for table in shown.list_design_tables(summary.summarise_design(device, device.design))
+        for table in design_results.list_design_tables(summary.summarise_design(device, device.design))
         if "Shocks" in table.caption
     )
     assert 0 < len(kept_event.rows) <= 16
