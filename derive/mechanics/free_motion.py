@@ -632,12 +632,16 @@ class Free:
         these, and of last steps.
         """
         between = [] if motion is None else motion.steps
-        steps = needed((*self._named, *between, *last), symbols)
-        first, middle = set(map(id, self._named)), set(map(id, between))
+        wanted = frozenset().union(*(step.needs for step in between))
+        early = needed(self.stated.reports, wanted)  # loads may be stated by them
+        first = (*self._named, *early)
+        stated, moving = set(map(id, first)), set(map(id, between))
+        last = [step for step in last if id(step) not in stated]
+        steps = needed((*first, *between, *last), symbols)
         return (
-            *sorted_steps([step for step in steps if id(step) in first]),
-            *_note_once([step for step in steps if id(step) in middle]),
-            *_note_once(sorted_steps([step for step in steps if id(step) not in first | middle])),
+            *sorted_steps([step for step in steps if id(step) in stated]),
+            *_note_once([step for step in steps if id(step) in moving]),
+            *_note_once(sorted_steps([step for step in steps if id(step) not in stated | moving])),
         )
 
     @cached_property

@@ -482,7 +482,7 @@ class OutputBatch:
 
     @property
     def objective(self) -> Array:
-        """The objective (m,) of the machine's file."""
+        """The objective (m,) of the machine's file, in the unit of its sum."""
         return self[OBJECTIVE]
 
     def to_frame(self) -> DataFrame:

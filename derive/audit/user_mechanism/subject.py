@@ -343,6 +343,7 @@ class MechanismSubject(Subject):
 
     def __init__(self, mechanism: Mechanism) -> None:
         self.mechanism = mechanism
+        mechanism.name_accelerations()
         self.printed = Chain({}, [])
 
     @property

@@ -19,7 +19,9 @@ HEAD = """
 from sympy import Abs, cos, sin, sqrt, tan
 from derive import Paper, loop, switch, trial, what
 from {name} import m, q
-n = {{s.name: s for s in (*m.loops.all, *m.assembly.unknowns, *(x.symbol for x in (*m.named, *m.reports)))}}
+told = [x.symbol for x in (*m.named, *m.reports)]
+told += [symbol for _, symbols in m.list_centroids() for symbol in symbols]
+n = {{s.name: s for s in (*m.loops.all, *m.assembly.unknowns, *told)}}
 bodies = {{body.name: body for body in m.bodies}}
 PAPER = Paper("written2026", "Written here")
 """

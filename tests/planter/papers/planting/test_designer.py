@@ -153,7 +153,9 @@ def test_only_a_cam_whose_acceleration_jumps_gives_shocks() -> None:
     assert not [shock for shock in shocks if shock.quantity == "x_tip_ddot"]
     kept_event = next(
         table
-        for table in design_results.list_design_tables(summary.summarise_design(device, device.design))
+        for table in design_results.list_design_tables(
+            summary.summarise_design(device, device.design)
+        )
         if "Shocks" in table.caption
     )
     assert 0 < len(kept_event.rows) <= 16
