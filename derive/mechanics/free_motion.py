@@ -632,8 +632,8 @@ class Free:
         these, and of last steps.
         """
         between = [] if motion is None else motion.steps
-        wanted = frozenset().union(*(step.needs for step in between))
-        early = needed(self.stated.reports, wanted)  # loads may be stated by them
+        required = frozenset().union(*(step.needs for step in between))
+        early = needed(self.stated.reports, required)  # loads may be stated by them
         first = (*self._named, *early)
         stated, moving = set(map(id, first)), set(map(id, between))
         last = [step for step in last if id(step) not in stated]

@@ -584,7 +584,7 @@ class CycleObjective:
         return sample_angles(self.samples, self.machine.period, self.machine.turn)
 
     def value(self, x: Array) -> float:
-        """Return the objective at a design."""
+        """Return the objective at a design, in the unit of its sum."""
         self._check(x)
         if self._values is not None:
             return float(self._run(self._values, x).outputs[0])
