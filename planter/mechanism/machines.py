@@ -31,7 +31,6 @@ from planter.kernels.formulas import HOISTED, Formulas
 from planter.measured.sensor_view import add_carried_forces, find_sensor_view
 from planter.mechanism import file
 from planter.mechanism.file import MechanismFile
-from planter.mechanism.motion_response import MotionResponse, Motions
 from planter.text_files import read_toml
 
 ROLES: dict[str, Role] = {"law_": "law", "pivot_": "pivot", "states_": "states"}
@@ -171,6 +170,8 @@ def build_free_machine(mechanism: MechanismFile, span: float = 1.0) -> Machine:
     Its states q are coordinates and rates. Actions that are statically indeterminate are no
     quantities of it.
     """
+    from planter.mechanism.motion_response import MotionResponse, Motions  # with integrators
+
     motions = Motions(mechanism, span)
     model, turn = motions.model, 2 * np.pi
     entries = {q.name: q for q in _quantities(mechanism.model)}
