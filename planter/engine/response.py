@@ -168,12 +168,10 @@ class MachineResponse:
             self.hessians_kernel, point, phi, dh=point.dh, weights=self._spread(weights)
         )
         hessians = self._unpack(self._add_sides(lanes["packed"]))
-        mixed = hessians[:, 1:, 0].T @ angle_slopes
         total = hessians[:, 1:, 1:].sum(axis=0) + self._bend_prologue(
             point, lanes["along"].sum(axis=1)
         )
-        bent: Array = total + mixed + mixed.T + angle_slopes.T @ (hessians[:, 0, :1] * angle_slopes)
-        return bent
+        return add_moving_angles(total, hessians, angle_slopes)
 
     def _spread(self, weights: Array) -> Array:
         """Return weights (m, n) of angles as those of lanes; what is not shared has its first side
@@ -501,6 +499,15 @@ class MachineResponse:
         return ca.Function(
             name, [phi, d, h, q, self._dh, weights], outputs, names, ["packed", "along"]
         )
+
+
+def add_moving_angles(total: Array, hessians: Array, angle_slopes: Array) -> Array:
+    """Return a sum of Hessians in the design (p, p) with what angles of slopes (n, p) add, from
+    Hessians (n, 1 + p, 1 + p) in angle and design.
+    """
+    mixed = hessians[:, 1:, 0].T @ angle_slopes
+    bent: Array = total + mixed + mixed.T + angle_slopes.T @ (hessians[:, 0, :1] * angle_slopes)
+    return bent
 
 
 def open_response(

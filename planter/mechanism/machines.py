@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import cache, partial
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import casadi as ca
 import numpy as np
@@ -32,6 +32,9 @@ from planter.measured.sensor_view import add_carried_forces, find_sensor_view
 from planter.mechanism import file
 from planter.mechanism.file import MechanismFile
 from planter.text_files import read_toml
+
+if TYPE_CHECKING:
+    from planter.mechanism.motion_response import Motions
 
 ROLES: dict[str, Role] = {"law_": "law", "pivot_": "pivot", "states_": "states"}
 """Roles of quantities by the beginnings of their names."""
@@ -163,16 +166,19 @@ def _describe_design(mechanism: MechanismFile) -> dict[str, Any]:
     }
 
 
-def build_free_machine(mechanism: MechanismFile, span: float = 1.0) -> Machine:
+def build_free_machine(
+    mechanism: MechanismFile, span: float = 1.0, motions: Motions | None = None
+) -> Machine:
     """Return the machine of a mechanism that moves freely, whose turn is the time from 0 to `span`
     [s].
 
-    Its states q are coordinates and rates. Actions that are statically indeterminate are no
+    `motions` over another span of the same file spare building its functions anew. Its states q are
+    coordinates and rates. Actions that are statically indeterminate are no
     quantities of it.
     """
-    from planter.mechanism.motion_response import MotionResponse, Motions  # with integrators
+    from planter.mechanism import motion_response  # with integrators
 
-    motions = Motions(mechanism, span)
+    motions = motion_response.Motions(mechanism, span) if motions is None else motions.over(span)
     model, turn = motions.model, 2 * np.pi
     entries = {q.name: q for q in _quantities(mechanism.model)}
     determined = [variable.name for variable in model.outputs[: len(model.outputs) - model.events]]
@@ -198,7 +204,12 @@ def build_free_machine(mechanism: MechanismFile, span: float = 1.0) -> Machine:
         if model.events
         else None,
         event_kinds=tuple({"name": name, "order": 0} for name in motions.dynamics.event_names),
-        motion=FreeMotion(span, motions, MotionResponse, partial(build_free_machine, mechanism)),
+        motion=FreeMotion(
+            span,
+            motions,
+            motion_response.MotionResponse,
+            partial(build_free_machine, mechanism, motions=motions),
+        ),
         states=q.numel(),
     )
 

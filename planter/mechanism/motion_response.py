@@ -13,15 +13,16 @@ chapter 7).
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Callable
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import casadi as ca
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from planter.engine.response import DesignPoint, MachineResponse
+from planter.engine.response import DesignPoint, MachineResponse, add_moving_angles
 from planter.errors import ComputationError
 from planter.kernels import Array, Integers, Kernel
 from planter.mechanism.dynamics import Dynamics, MotionStep
@@ -59,6 +60,12 @@ class Motions:
         self.inputs = [names.index(variable.name) for variable in self.model.inputs]
         self.parameters = [names.index(variable.name) for variable in self.model.parameters]
         self._motions: dict[bytes, SensitiveMotion] = {}
+
+    def over(self, span: float) -> Motions:
+        """Return the motions to another time [s], which share the functions of these."""
+        same = copy.copy(self)
+        same.span, same._motions = span, {}
+        return same
 
     def find(self, d: Array, moved: tuple[int, ...]) -> SensitiveMotion:
         """Return the motion at values d (v,) with its derivatives in those that are moved."""
@@ -148,6 +155,7 @@ class SensitiveMotion:
             times = np.array([0.0, motions.span])
             self.dynamics.integrate(times, TOLERANCE, start, steps=self.steps)
         self.starts = np.array([step.start for step in self.steps])
+        self.lengths = np.array([step.end - step.start for step in self.steps])
         changes = [bool(step.crossed) for step in self.steps]
         self.arcs = np.concatenate([[0], np.cumsum(changes[:-1])]).astype(np.int64)
 
@@ -175,7 +183,7 @@ class SensitiveMotion:
     def slopes(self, times: Array, steps: Integers) -> Array:
         """Return the derivatives (n, 2k, p) of the states in the moved values."""
         begun, stages = self._collocated
-        lengths = np.array([step.end - step.start for step in self.steps])[steps]
+        lengths = self.lengths[steps]
         weights = integrate_basis((times - self.starts[steps]) / lengths) * lengths[:, None]
         return begun[steps] + np.einsum("ns,nskp->nkp", weights, stages[steps])
 
@@ -185,12 +193,8 @@ class SensitiveMotion:
         (s, STAGES, 2k, p).
         """
         size, count = 2 * self.dynamics.size, len(self.steps)
-        lengths = np.array([step.end - step.start for step in self.steps])
-        times = (self.starts[:, None] + lengths[:, None] * NODES).ravel()
-        states = np.concatenate(
-            [step.states(step.start + (step.end - step.start) * NODES) for step in self.steps],
-            axis=1,
-        )
+        times = (self.starts[:, None] + self.lengths[:, None] * NODES).ravel()
+        states = self.states(times, np.repeat(np.arange(count), STAGES))
         parts = self.motions.slopes_kernel(t=times, x=states, d=self.d)
         a = parts["a"].T.reshape(count, STAGES, size, size).transpose(0, 1, 3, 2)
         by_values = parts["f"].T.reshape(count, STAGES, len(self.d), size)
@@ -198,7 +202,7 @@ class SensitiveMotion:
         self._check(times[::STAGES], states[:, ::STAGES], parts["x_dot"][:, ::STAGES])
         begun, stages = [], []
         slopes = self._find_start_slopes()
-        for step, a_nodes, f_nodes, length in zip(self.steps, a, f, lengths, strict=True):
+        for step, a_nodes, f_nodes, length in zip(self.steps, a, f, self.lengths, strict=True):
             begun.append(slopes)
             system = np.eye(STAGES * size)
             blocks = length * INTEGRALS[:, :, None, None] * a_nodes
@@ -299,6 +303,15 @@ def integrate_basis(shares: Array) -> Array:
 INTEGRALS = integrate_basis(NODES)
 
 
+class _Sampled(NamedTuple):
+    """States (2k, n) of a motion at times (n,) [s] in its steps (n,)."""
+
+    motion: SensitiveMotion
+    times: Array
+    steps: Integers
+    states: Array
+
+
 class MotionResponse(MachineResponse):
     """Quantities of a machine that moves freely, at angles phi (n,) of which a turn is its span of
     time.
@@ -328,9 +341,8 @@ class MotionResponse(MachineResponse):
         self, point: DesignPoint, phi: Array, is_loose: bool = False
     ) -> tuple[Array, Array]:
         """Return the quantities and their derivatives in phi, (m, n) each."""
-        rows, by_phi, by_state, _, motion, times, steps = self._differentiate(point, phi, is_loose)
-        rates = self._rates(motion, times, motion.states(times, steps))
-        return rows, by_phi + np.einsum("mkn,kn->mn", by_state, rates)
+        rows, first, _, _, _ = self._differentiate(point, phi, is_loose)
+        return rows, first
 
     def rates(self, point: DesignPoint, phi: Array, is_loose: bool = False) -> tuple[Array, Array]:
         """Return the first two derivatives of the quantities in phi, (m, n) each."""
@@ -371,10 +383,7 @@ class MotionResponse(MachineResponse):
     ) -> Array:
         """Return that sum in the design alone, (p, p), of angles with slopes (n, p)."""
         hessians = self.curvatures(point, phi, weights)
-        mixed = hessians[:, 1:, 0].T @ angle_slopes
-        level = angle_slopes.T @ (hessians[:, 0, :1] * angle_slopes)
-        total: Array = hessians[:, 1:, 1:].sum(axis=0) + mixed + mixed.T + level
-        return total
+        return add_moving_angles(hessians[:, 1:, 1:].sum(axis=0), hessians, angle_slopes)
 
     def compile(self) -> None:
         """Compile the values and their slopes."""
@@ -391,33 +400,25 @@ class MotionResponse(MachineResponse):
     def _slopes(
         self, point: DesignPoint, phi: Array, arcs: Integers | None = None, is_loose: bool = False
     ) -> tuple[Array, Array]:
-        rows, by_phi, by_state, by_design, motion, times, steps = self._differentiate(
-            point, phi, is_loose, arcs
-        )
-        rates = self._rates(motion, times, motion.states(times, steps))
-        first = by_phi + np.einsum("mkn,kn->mn", by_state, rates)
-        design_slopes = by_design + np.einsum("mkn,nkp->mpn", by_state, motion.slopes(times, steps))
+        rows, first, by_state, by_design, at = self._differentiate(point, phi, is_loose, arcs)
+        state_slopes = at.motion.slopes(at.times, at.steps)
+        design_slopes = by_design + np.einsum("mkn,nkp->mpn", by_state, state_slopes)
         return rows, np.concatenate([first[:, :, None], design_slopes.transpose(0, 2, 1)], axis=2)
-
-    def _rates(self, motion: SensitiveMotion, times: Array, states: Array) -> Array:
-        """Return the derivatives (2k, n) of states in phi."""
-        rates: Array = self.motions.rates_kernel(t=times, x=states, d=motion.d)["x_dot"]
-        return rates * self._pace
 
     def _differentiate(
         self, point: DesignPoint, phi: Array, is_loose: bool, arcs: Integers | None = None
-    ) -> tuple[Array, Array, Array, Array, SensitiveMotion, Array, Integers]:
-        """Return the quantities (m, n), their partial derivatives by phi (m, n), states (m, 2k, n)
-        and moved values (m, p, n), the motion, and the times (n,) in its steps (n,).
+    ) -> tuple[Array, Array, Array, Array, _Sampled]:
+        """Return the quantities (m, n), their derivatives in phi (m, n), their partial derivatives
+        by states (m, 2k, n) and moved values (m, p, n), and where that is.
         """
-        result, motion, times, steps = self._evaluate_at(
-            self.state_slopes_kernel, point, phi, is_loose, arcs
-        )
+        result, at = self._evaluate_at(self.state_slopes_kernel, point, phi, is_loose, arcs)
         states = self.machine.states
-        shape = len(self.quantities), 1 + states + len(self.machine.moved), len(times)
+        shape = len(self.quantities), 1 + states + len(self.machine.moved), len(at.times)
         slopes = result["slopes"].reshape(shape)
         by_phi, by_state, by_design = np.split(slopes, [1, 1 + states], axis=1)
-        return result["rows"], by_phi[:, 0], by_state, by_design, motion, times, steps
+        rates = self.motions.rates_kernel(t=at.times, x=at.states, d=point.d)["x_dot"]
+        first = by_phi[:, 0] + np.einsum("mkn,kn->mn", by_state, rates * self._pace)
+        return result["rows"], first, by_state, by_design, at
 
     def _evaluate_at(
         self,
@@ -426,7 +427,7 @@ class MotionResponse(MachineResponse):
         phi: Array,
         is_loose: bool = False,
         arcs: Integers | None = None,
-    ) -> tuple[dict[str, Array], SensitiveMotion, Array, Integers]:
+    ) -> tuple[dict[str, Array], _Sampled]:
         motion = self.motions.find(point.d, self.machine.moved)
         times = self._times(phi)
         steps = motion.place(times, arcs)
@@ -435,7 +436,7 @@ class MotionResponse(MachineResponse):
         )
         states = motion.states(times, steps)
         result = call(phi=times / self._pace, d=point.d, h=point.h, q=states)
-        return result, motion, times, steps
+        return result, _Sampled(motion, times, steps, states)
 
     @cached_property
     def values_kernel(self) -> Kernel:
