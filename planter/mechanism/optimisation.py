@@ -212,6 +212,7 @@ def optimise_machine(
     """
     begun = time.perf_counter()
     goal = StatedGoal.read(machine, least, holds)
+    machine = goal.machine  # which moves for as long as the goal asks
     goal.require_objective()
     goal.require_spread()
     spec = spec or SearchSpec(machine.sampling)
@@ -414,6 +415,7 @@ def compute_objective_sensitivity(
     machine = to_machine(machine)
     check_samples(samples)
     goal = StatedGoal.read(machine, least)
+    machine = goal.machine
     goal.require_objective()
     if not (machine.moved or all_values):
         raise InputError(

@@ -12,10 +12,15 @@ from scipy.optimize import minimize_scalar
 from planter import errors
 from planter.engine.goal import Goal
 from planter.engine.machine import Machine
+from planter.engine.search import SearchSpec
 from planter.kernels import Array
 from planter.mechanism.machines import build_free_machine
 from planter.mechanism.motion_response import MotionResponse
-from planter.mechanism.optimisation import StatedGoal
+from planter.mechanism.optimisation import (
+    StatedGoal,
+    compute_objective_sensitivity,
+    optimise_machine,
+)
 from tests.planter.mechanism.state_space.statements import CRANKS, RUBBING
 from tests.support import own
 from tests.support.cli import answer, refusal
@@ -184,6 +189,20 @@ def test_optimum_is_that_of_the_closed_form(tmp_path: Path) -> None:
     )
     assert limit["holds"][0]["active"]
     assert limit["holds"][0]["value"] == pytest.approx(20.0, abs=1e-4)
+
+
+def test_results_are_of_the_time_that_the_sum_asks_for() -> None:
+    """Spans beyond the one second that a machine moves for before anything is asked."""
+    machine, text = free_machine(OSCILLATOR, "k c"), "rms x over 0..3 s + x at 2.5 s"
+    goal = build_goal(machine, text)
+    sensitivity = compute_objective_sensitivity(machine, least=text)
+    assert sensitivity.objective == pytest.approx(goal.evaluate(machine.design), rel=1e-12)
+    slopes = goal.slope(machine.design) * machine.scale
+    assert list(sensitivity.gradient.values()) == pytest.approx(slopes, rel=1e-9)
+    optimum = optimise_machine(machine, text, spec=SearchSpec("refined", starts=1))
+    assert optimum.machine.motion is not None
+    assert optimum.machine.motion.span == 3.0
+    assert optimum.result.start_objective == pytest.approx(sensitivity.objective, rel=1e-12)
 
 
 @pytest.mark.parametrize("measure", ["max x", "x at 30", "work x over 0..1 s", "max x over 2..1 s"])
