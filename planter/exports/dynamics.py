@@ -93,6 +93,7 @@ def build_c_files(model: DynamicsModel) -> dict[str, str]:
         fields[key] = str(len(variables))
         fields[f"{key[:-1]}_names"] = quote_strings(x.name for x in variables) or '""'
     fields["variables"] = "\n".join(lines)
+    fields["least_pivot"] = repr(model.least_pivot)
     fields |= {key: join_numbers(getattr(model, key)) for key in ("start", "u", "p")}
     targets = {".h": "dynamics.h", ".c": "dynamics.c", "_main.c": "dynamics_main.c"}
     return {name + end: read_template(file).substitute(fields) for end, file in targets.items()}
