@@ -50,7 +50,8 @@ def _group_variables(model: DynamicsModel) -> dict[str, Sequence[DynamicsVariabl
 
 def _describe_variables(symbol: str, variables: Sequence[DynamicsVariable]) -> list[str]:
     """Return a line for each element of a vector."""
-    return [f"{symbol}[{i}] {x.name} [{x.unit}] {x.meaning}" for i, x in enumerate(variables)]
+    texts = (f"{x.name} [{x.unit}] {x.meaning}" for x in variables)
+    return [f"{symbol}[{i}] {to_plain(text)}" for i, text in enumerate(texts)]
 
 
 def _densify(model: DynamicsModel, label: str) -> ca.Function:
@@ -207,7 +208,7 @@ def build_rust_files(model: DynamicsModel) -> dict[str, str]:
         described += _describe_variables(symbol, variables)
     used = sorted(set(re.findall(r"libm::(\w+)\(", body)))
     lines = [
-        f"//! The dynamics of {model.name}: x' = f(t, x, u, p), y = g(t, x, u, p), SI and radians.",
+        f"//! The dynamics of {to_plain(model.name)}: x' = f(t, x, u, p), y = g(t, x, u, p), SI and radians.",
         "//!",
         f"//! Written by planter {__version__}; do not edit. Matrices are row by row.",
         *(f"//! {line}" for line in described),
@@ -310,7 +311,7 @@ def _begin_module(model: DynamicsModel, about: str, imports: str) -> str:
     lines += [
         f"{key} = {values!r}".replace("inf", 'float("inf")') for key, values in numbers.items()
     ]
-    title = model.name.replace('"""', '"')
+    title = to_plain(model.name).replace("\\", "/").replace('"', "'")
     return _HEAD.format(
         title=title,
         version=__version__,

@@ -177,13 +177,12 @@ def build_free_machine(
     quantities of it.
     """
     from planter.mechanism import motion_response  # with integrators
-    from planter.mechanism.state_space.model import PIVOT
 
     motions = motion_response.Motions(mechanism, span) if motions is None else motions.over(span)
     model, turn = motions.model, 2 * np.pi
     entries = {q.name: q for q in _quantities(mechanism.model)}
     first_event = len(model.outputs) - model.events
-    determined = [x.name for x in model.outputs[:first_event] if x.name != PIVOT]
+    determined = [x.name for x in model.outputs[: first_event - model.has_pivot]]
     names = [*motions.dynamics.names, *determined]
     phi, d, h = ca.SX.sym("phi"), ca.SX.sym("d", len(motions.dynamics.data)), ca.SX.sym("h", 0)
     q = ca.SX.sym("q", len(motions.dynamics.names))

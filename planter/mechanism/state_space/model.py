@@ -31,7 +31,7 @@ from planter.mechanism.motion_equations import MotionEquations
 ARGUMENTS = ["t", "x", "u", "p"]
 PIVOT = "pivot"
 """Name of the output that tells how far constraints are from depending on each other, and friction
-from leaving the motion undetermined.
+from leaving the motion undetermined; `pivot_` where the statement has this name.
 """
 PIVOT_SHARE = 1e-4
 """Share of the pivot at the start below which exports warn: some four digits are lost there, and the
@@ -143,7 +143,10 @@ class DynamicsModel:
         vectors = self.equations.formulas.sidecar["vectors"]
         undetermined = self._choice.undetermined
         determined = [entry for entry in vectors["outputs"] if entry["name"] not in undetermined]
-        determined += [_PIVOT_ENTRY] if self.has_pivot else []
+        names = {variable.name for variable in (*self.states, *self.inputs, *self.parameters)}
+        names |= {entry["name"] for entry in determined}
+        if self.has_pivot:
+            determined.append(_PIVOT_ENTRY | {"name": PIVOT + "_" * (PIVOT in names)})
         determined += vectors.get("events_outputs", ())
         values = self.y(0.0, self.start, self.u, self.p)
         return [
