@@ -115,6 +115,32 @@ SYSTEM = m.system(reported=["kinetic", "potential"])
 """A chain of rods; the word LINKS is their number."""
 
 
+ODD = r'''
+from derive import Mechanism, quantities
+
+q = quantities("""
+    g      | m/s2  | free <fall> & "rise" */ \\ ??/ | 9.81
+    double | m     | rod, größer                   | 0.5
+    u      | kg    | bob                           | 0.3
+    x      | kg    | cart                          | 0.7
+    p      | N s/m | damping                       | 0.7
+""")
+m = Mechanism("own", q, gravity=q.g)
+s = m.coordinate("t", "m", 'place of\nthe */ cart ???/ \\u0 """ c')
+a = m.coordinate("pivot", "rad", "rod")
+F = m.input("N", "N", "push")
+P = m.point("C", m.O, m.world, s)
+cart = m.body("cart", m.world, q.x, P)
+rod = m.frame("rod", a)
+bob = m.body("bob", rod, q.u, m.point("B", P, rod, q.double))
+m.slide("rail", cart, m.ground, P)
+m.pin("A", bob, cart, P)
+m.force("push", cart, P, m.vector(m.world, F - q.p * m.rate(s), 0))
+SYSTEM = m.system()
+'''
+"""Names that languages use themselves, meanings that would end comments."""
+
+
 def build_chain(links: int) -> str:
     """Return the statement of a chain."""
     return CHAIN.replace("LINKS", str(links))

@@ -99,7 +99,7 @@ def find_error(library: Library, subject: DynamicsModel, state: Array) -> float:
 
 @needs_compiler
 @pytest.mark.parametrize("real", ["double", "float"])
-@pytest.mark.parametrize("name", ["cart", "cranks", "rubbing", "row_unit"])
+@pytest.mark.parametrize("name", ["cart", "cranks", "rubbing", "row_unit", "odd"])
 def test_c_returns_what_the_model_does(name: str, real: str) -> None:
     library, subject = Library(name, real), model(name)
     for state in draw_states(name, 2):
@@ -180,7 +180,7 @@ fn main() {
 """
 
 
-@pytest.mark.parametrize("name", ["cart", "rubbing"])
+@pytest.mark.parametrize("name", ["cart", "cranks", "rubbing", "odd"])
 def test_rust_without_its_library_returns_what_the_model_does(tmp_path: Path, name: str) -> None:
     compiler = shutil.which("rustc")
     if compiler is None:
@@ -203,7 +203,7 @@ def test_rust_without_its_library_returns_what_the_model_does(tmp_path: Path, na
         np.testing.assert_allclose(result, np.ravel(value), atol=1e-13 * size)
 
 
-@pytest.mark.parametrize("name", ["cart", "cranks", "rubbing", "row_unit"])
+@pytest.mark.parametrize("name", ["cart", "cranks", "rubbing", "row_unit", "odd"])
 def test_jax_returns_what_the_model_does(tmp_path: Path, name: str) -> None:
     jax = pytest.importorskip("jax")
     jax.config.update("jax_enable_x64", True)
