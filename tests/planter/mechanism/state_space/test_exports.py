@@ -8,16 +8,23 @@ import json
 import shutil
 import subprocess
 import sys
+from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 from tempfile import mkdtemp
+from time import process_time
+from typing import Any
 
 import numpy as np
 import pytest
 
+from planter.exports.dynamics import build_jax_files
+from planter.exports.jax_module import IMPORTS
 from planter.kernels import Array
-from planter.mechanism.state_space.model import DynamicsModel
+from planter.mechanism.state_space.model import DynamicsModel, load_dynamics
+from tests.planter.mechanism.state_space.statements import build_chain, build_tree
 from tests.planter.mechanism.state_space.test_model import SOURCES, draw_states, find_path, model
+from tests.support import own
 from tests.support.cli import answer, refusal
 from tests.support.lanes import STRICT, needs_compiler, path_of
 
@@ -222,6 +229,98 @@ def test_jax_returns_what_the_model_does(tmp_path: Path, name: str) -> None:
     np.testing.assert_allclose(slope, subject.linearised(0.0, states[0])[0], rtol=1e-9, atol=1e-8)
     outputs = exported.outputs_at(0.0, states[0], u, p)
     np.testing.assert_allclose(outputs, subject.outputs_at(0.0, states[0]), rtol=1e-10, atol=1e-10)
+
+
+class Scan:
+    """Loops of JAX, in Python: the carried values, then the rows of the results."""
+
+    @staticmethod
+    def scan(step: Callable, carried: tuple, rows: tuple | None, count: int) -> tuple:
+        results = []
+        for turn in range(count):
+            row = None if rows is None else tuple(part[turn] for part in rows)
+            carried, result = step(carried, row)
+            results.append(result)
+        return carried, tuple(np.array(part) for part in zip(*results, strict=True))
+
+
+def run_jax_text(subject: DynamicsModel, change: tuple[str, str] = ("", "")) -> dict[str, Any]:
+    """What a module for JAX defines, with NumPy for JAX: its arithmetic is the same."""
+    (text,) = build_jax_files(subject).values()
+    assert change[0] in text
+    names: dict[str, Any] = {"jnp": np, "lax": Scan}
+    exec(text.replace(IMPORTS, "").replace(*change, 1), names)
+    return names
+
+
+CHAIN = 12
+LOOPED = ("cart", "cranks", "rubbing", "whipple", "row_unit", "chain")
+
+
+@cache
+def chain(links: int = CHAIN) -> DynamicsModel:
+    return load_dynamics(own.generated(build_chain(links)) / "own.toml")
+
+
+def find_jax_error(subject: DynamicsModel, module: dict[str, Any]) -> float:
+    rng, worst = np.random.default_rng(6), 0.0
+    for _ in range(3):
+        state = subject.start + 0.3 * rng.standard_normal(len(subject.start))
+        for found, expected in (
+            (module["rates"](0.0, state, subject.u, subject.p)[0], subject.rates(0.0, state)),
+            (
+                module["outputs_at"](0.0, state, subject.u, subject.p),
+                subject.outputs_at(0.0, state),
+            ),
+        ):
+            worst = max(worst, np.abs(found - expected).max() / np.abs(expected).max())
+    return worst
+
+
+@pytest.mark.parametrize("name", LOOPED)
+def test_loops_of_equal_bodies_compute_what_the_model_does(name: str) -> None:
+    subject = chain() if name == "chain" else model(name)
+    assert find_jax_error(subject, run_jax_text(subject)) < 1e-11
+
+
+def test_another_order_of_a_loop_is_noticed() -> None:
+    module = run_jax_text(chain(), ("::-1]", f"][:{CHAIN}]"))
+    with pytest.raises(IndexError):
+        find_jax_error(chain(), module)
+    module = run_jax_text(chain(), ("x[3:", "x[2:"))
+    assert find_jax_error(chain(), module) > 1e-3
+
+
+def test_text_of_equal_bodies_does_not_grow_with_their_number() -> None:
+    sizes = [len(*build_jax_files(chain(links)).values()) for links in (12, 24)]
+    assert sizes[1] < 1.3 * sizes[0]
+
+
+def test_jax_compiles_thirty_bodies_in_seconds(tmp_path: Path) -> None:
+    """With their gradient and a batch, and against Pinocchio."""
+    jax = pytest.importorskip("jax")
+    pin = pytest.importorskip("pinocchio")
+    jax.config.update("jax_enable_x64", True)
+    links = 30
+    (text,) = build_jax_files(chain(links)).values()
+    names: dict[str, Any] = {}
+    exec(text, names)
+    states = np.random.default_rng(1).normal(size=(5, 2 * links))
+
+    def measure(state: Array) -> Array:
+        return names["rates"](0.0, state, names["U"], names["P"])[0]
+
+    begin = process_time()
+    rates = jax.jit(jax.vmap(measure))(states)
+    slope = jax.jit(jax.grad(lambda state: measure(state) @ np.ones(2 * links)))(states[0])
+    assert process_time() - begin < 20
+    tree = build_tree(links)
+    data = tree.createData()
+    expected = [pin.aba(tree, data, s[:links], s[links:], np.zeros(links)) for s in states]
+    size = np.abs(expected).max()
+    np.testing.assert_allclose(rates[:, links:], expected, atol=1e-12 * size)
+    gradient = chain(links).linearised(0.0, states[0])[0].sum(axis=0)
+    np.testing.assert_allclose(slope, gradient, atol=1e-10 * np.abs(gradient).max())
 
 
 def test_options_without_effect_are_refused(tmp_path: Path) -> None:
