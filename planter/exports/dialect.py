@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from planter.kernels.lane_graph import ArrayElement, Assignment, ScalarOperation
 
 _SELECT = re.compile(r"\(?([^\s(]+ (?:[<>]=?|[!=]=) [^\s)]+) \? (\S+) : ([^\s)]+)\)?")
-_CALL = re.compile(r"\b([a-z]\w*)\(")
+_CALL = re.compile(r"\b([a-z_]\w*)\(")
 _LANES = {"turned_sin": "sin", "turned_cos": "cos", "whole_floor": "floor"}
 """Functions of lanes, with those of libraries."""
 
@@ -28,8 +28,13 @@ class Dialect:
     def express(self, operation: ScalarOperation, arguments: Sequence[str]) -> str:
         """Return an operation on names and numbers."""
         text = operation.text.format(*arguments)
-        text = _CALL.sub(lambda match: f"{self.call}{self.names.get(match[1], match[1])}(", text)
+        text = _CALL.sub(lambda match: f"{self._find_function(match[1])}(", text)
         return _SELECT.sub(lambda match: self.select.format(*match.groups()), text)
+
+    def _find_function(self, name: str) -> str:
+        """Return the name of a function; those of the module itself begin with a line."""
+        name = self.names.get(name, name)
+        return name if name.startswith("_") else f"{self.call}{name}"
 
     def assign(self, assignment: Assignment, arguments: Sequence[str]) -> str:
         """Return the statement of an assignment whose arguments are texts."""

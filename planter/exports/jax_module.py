@@ -6,12 +6,13 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
 
 import casadi as ca
 
 from planter.exports.dialect import JAX
 from planter.exports.rolling import Loop, LoopFinder
-from planter.kernels.lane_graph import ArrayElement, LaneGraph
+from planter.kernels.lane_graph import OPERATIONS, ArrayElement, Assignment, LaneGraph
 
 Value = tuple[str, int | None]
 """A name or constant, with its place where it is an array."""
@@ -22,7 +23,65 @@ HELPERS = '''def _unify(*parts):
     parts = [jnp.asarray(part) for part in parts]
     kind = jnp.result_type(float, *parts)
     return [part.astype(kind) for part in parts]
+
+
+def _guard(function, x, low, high):
+    """Return values of a function, at its nearest end and without a slope where it has none: jax.grad
+    multiplies slopes of branches that do not hold by 0, which must not be NaN.
+    """
+    inside = (low < x) & (x < high)
+    end = function(lax.stop_gradient(jnp.clip(x, low, high)))
+    return jnp.where(inside, function(jnp.where(inside, x, 0.5)), end)
+
+
+def _sqrt(x):
+    return _guard(jnp.sqrt, x, 0.0, jnp.inf)
+
+
+def _log(x):
+    return _guard(jnp.log, x, jnp.finfo(x.dtype).tiny, jnp.inf)
+
+
+def _asin(x):
+    return _guard(jnp.arcsin, x, -1.0, 1.0)
+
+
+def _acos(x):
+    return _guard(jnp.arccos, x, -1.0, 1.0)
+
+
+def _pow(x, exponent):
+    low = jnp.where(exponent == jnp.floor(exponent), -jnp.inf, 0.0)
+    return _guard(lambda base: jnp.power(base, exponent), x, low, jnp.inf)
 '''
+
+
+_SELECT = OPERATIONS[ca.OP_IF_ELSE_ZERO]
+_GUARDED = [OPERATIONS[code] for code in (ca.OP_SQRT, ca.OP_LOG, ca.OP_ASIN, ca.OP_ACOS, ca.OP_POW)]
+"""Operations that `HELPERS` has too."""
+
+
+def guard_branches(graph: LaneGraph) -> LaneGraph:
+    """Return a graph whose branches have values where they do not hold, so that slopes are right."""
+    users: dict[str, list[Assignment]] = {}
+    for assignment in graph.assignments:
+        for name in assignment.arguments:
+            users.setdefault(name, []).append(assignment)
+    results, masked = {store.value for store in graph.stores}, set()
+    for assignment in reversed(graph.assignments):
+        name = assignment.name
+        if name not in results and all(
+            user.name in masked or (user.source == _SELECT and user.arguments[0] != name)
+            for user in users.get(name, ())
+        ):
+            masked.add(name)
+    assignments = tuple(
+        replace(assignment, source=replace(assignment.source, text=f"_{assignment.source.text}"))
+        if assignment.name in masked and assignment.source in _GUARDED
+        else assignment
+        for assignment in graph.assignments
+    )
+    return replace(graph, assignments=assignments)
 
 
 class JaxPrinter:
@@ -30,7 +89,7 @@ class JaxPrinter:
 
     def __init__(self, function: ca.Function) -> None:
         self.function = function
-        self.graph = LaneGraph.from_function(function, ())
+        self.graph = guard_branches(LaneGraph.from_function(function, ()))
         self.finder = LoopFinder(self.graph)
         self.values: dict[int, Value] = {}
         last = len(self.graph.assignments)

@@ -225,14 +225,18 @@ def test_jax_returns_what_the_model_does(tmp_path: Path, name: str) -> None:
     rates = jax.jit(jax.vmap(lambda state: exported.rates(0.0, state, u, p)[0]))(states)
     expected = [subject.rates(0.0, state) for state in states]
     np.testing.assert_allclose(rates, expected, rtol=1e-10, atol=1e-10)
-    slope = jax.jacfwd(lambda state: exported.rates(0.0, state, u, p)[0])(states[0])
-    np.testing.assert_allclose(slope, subject.linearised(0.0, states[0])[0], rtol=1e-9, atol=1e-8)
+    expected = subject.linearised(0.0, states[0])[0]
+    for differentiate in (jax.jacfwd, jax.jacrev):
+        slope = differentiate(lambda state: exported.rates(0.0, state, u, p)[0])(states[0])
+        np.testing.assert_allclose(slope, expected, rtol=1e-9, atol=1e-8)
     outputs = exported.outputs_at(0.0, states[0], u, p)
     np.testing.assert_allclose(outputs, subject.outputs_at(0.0, states[0]), rtol=1e-10, atol=1e-10)
 
 
 class Scan:
     """Loops of JAX, in Python: the carried values, then the rows of the results."""
+
+    stop_gradient = staticmethod(np.asarray)
 
     @staticmethod
     def scan(step: Callable, carried: tuple, rows: tuple | None, count: int) -> tuple:
@@ -287,13 +291,16 @@ def test_another_order_of_a_loop_is_noticed() -> None:
     module = run_jax_text(chain(), ("::-1]", f"][:{CHAIN}]"))
     with pytest.raises(IndexError):
         find_jax_error(chain(), module)
-    module = run_jax_text(chain(), ("x[3:", "x[2:"))
+    module = run_jax_text(chain(), (f"        x[2:{CHAIN}]", f"        x[1:{CHAIN - 1}]"))
     assert find_jax_error(chain(), module) > 1e-3
 
 
 def test_text_of_equal_bodies_does_not_grow_with_their_number() -> None:
-    sizes = [len(*build_jax_files(chain(links)).values()) for links in (12, 24)]
-    assert sizes[1] < 1.3 * sizes[0]
+    sizes = []
+    for links in (12, 24):
+        (text,) = build_jax_files(chain(links)).values()
+        sizes.append(len(text.partition("def rates(")[2].partition("\ndef ")[0].splitlines()))
+    assert sizes[1] < 1.05 * sizes[0]
 
 
 def test_jax_compiles_thirty_bodies_in_seconds(tmp_path: Path) -> None:
