@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes
 import importlib.util
 import json
+import re
 import shutil
 import subprocess
 import sys
@@ -106,7 +107,9 @@ def find_error(library: Library, subject: DynamicsModel, state: Array) -> float:
 
 @needs_compiler
 @pytest.mark.parametrize("real", ["double", "float"])
-@pytest.mark.parametrize("name", ["cart", "cranks", "rubbing", "row_unit", "odd"])
+@pytest.mark.parametrize(
+    "name", ["cart", "cranks", "rubbing", "row_unit", "odd", "four-bar", "platform"]
+)
 def test_c_returns_what_the_model_does(name: str, real: str) -> None:
     library, subject = Library(name, real), model(name)
     for state in draw_states(name, 2):
@@ -120,6 +123,100 @@ def test_changed_c_is_noticed() -> None:
     library = Library("cart", "double", text.replace("sin(", "tan(", 1))
     state = np.array([0.1, 0.7, 0.2, 1.3])
     assert find_error(library, model("cart"), state) > 1e-3
+
+
+@needs_compiler
+@pytest.mark.long
+def test_c_of_a_long_chain_returns_what_the_model_does() -> None:
+    """24 links: some 100,000 operations of Jacobians."""
+    library, subject = Library("chain", "double"), model("chain")
+    state = np.random.default_rng(3).normal(size=48)
+    assert find_error(library, subject, state) < 1e-12
+
+
+ABUSE = """
+#include "own.h"
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { N = OWN_STATES, M = OWN_INPUTS, Q = OWN_PARAMETERS, R = OWN_OUTPUTS };
+static int failures = 0;
+
+static own_real *copy(const own_real *values, int count)
+{
+  own_real *copied = malloc((size_t)count * sizeof *copied + (count == 0));
+  if (values) memcpy(copied, values, (size_t)count * sizeof *copied);
+  return copied;
+}
+
+static void expect(int status, int expected, int line)
+{
+  if (status != expected) printf("line %d: %d\\n", line, status), ++failures;
+}
+#define EXPECT(call, status) expect(call, status, __LINE__)
+#define ALL(x, u, p, status) \\
+  EXPECT(own_rates(0, x, u, p, f[0], f[1]), status); \\
+  EXPECT(own_rates_jacobian(0, x, u, p, f[2], f[3], f[4]), status); \\
+  EXPECT(own_outputs_at(0, x, u, p, f[5]), status); \\
+  EXPECT(own_outputs_jacobian(0, x, u, p, f[6], f[7], f[8]), status);
+
+int main(void)
+{
+  const int sizes[] = { N, 1, N * N, N * M, N * Q, R, R * N, R * M, R * Q };
+  own_real *x = copy(own_start, N), *u = copy(own_u, M), *p = copy(own_p, Q), *f[9];
+  int i;
+  for (i = 0; i < 9; ++i) f[i] = copy(NULL, sizes[i]);
+  ALL(x, u, p, OWN_OK)
+  ALL(NULL, u, p, OWN_MISSING)
+  ALL(x, NULL, p, M ? OWN_MISSING : OWN_OK)
+  ALL(x, u, NULL, Q ? OWN_MISSING : OWN_OK)
+  for (i = 0; i < N; ++i) x[i] = (own_real)NAN;
+  EXPECT(own_rates_jacobian(0, x, u, p, f[2], f[3], f[4]), OWN_NOT_FINITE);
+  for (i = 0; i < N; ++i) x[i] = (own_real)INFINITY;
+  EXPECT(own_rates_jacobian(0, x, u, p, f[2], f[3], f[4]), OWN_NOT_FINITE);
+  for (i = 0; i < 9; ++i) free(f[i]), f[i] = NULL;
+  memcpy(x, own_start, N * sizeof *x);
+  ALL(x, u, p, OWN_OK)
+  free(x), free(u), free(p);
+  return failures != 0;
+}
+"""
+"""Calls with arrays of exactly their sizes, without some of them, and with no results."""
+
+
+def run_abuse(name: str, real: str, folder: Path, text: str = ABUSE) -> int:
+    """The exit status of `ABUSE` under the address sanitiser."""
+    shutil.copytree(write_c(name), folder, dirs_exist_ok=True)
+    (folder / "abuse.c").write_text(text, encoding="utf-8")
+    sources = [str(folder / "own.c"), str(folder / "abuse.c")]
+    flags = [*STRICT, "-pedantic", f"-DOWN_REAL={real}", *SANITISED, *sources, "-lm", "-o"]
+    program = folder / "abuse"
+    subprocess.run([path_of("gcc"), *flags, str(program)], check=True, capture_output=True)
+    return subprocess.run([program], capture_output=True, check=False).returncode
+
+
+@needs_compiler
+@pytest.mark.parametrize("real", ["double", "float"])
+@pytest.mark.parametrize("name", ["cart", "cranks", "four-bar", "platform"])
+def test_bad_arguments_touch_no_foreign_memory(name: str, real: str, tmp_path: Path) -> None:
+    assert run_abuse(name, real, tmp_path) == 0
+
+
+@needs_compiler
+def test_array_that_is_too_small_is_noticed(tmp_path: Path) -> None:
+    assert run_abuse("cart", "double", tmp_path, ABUSE.replace("{ N, 1,", "{ N - 1, 1,")) != 0
+
+
+def test_c_has_no_heap_and_tells_its_operations() -> None:
+    subject, folder = model("platform"), write_c("platform")
+    header, source = (folder / f"own{end}" for end in (".h", ".c"))
+    assert not re.search(r"\b(malloc|calloc|realloc|free)\b", source.read_text(encoding="utf-8"))
+    f = subject.f
+    (line,) = re.findall(r"own_rates: (\d+), (\d+)", header.read_text(encoding="utf-8"))
+    assert abs(int(line[0]) - f.n_instructions()) < 0.1 * f.n_instructions()
+    assert 0 < int(line[1]) < int(line[0])
 
 
 @needs_compiler
