@@ -181,7 +181,8 @@ def build_free_machine(
     motions = motion_response.Motions(mechanism, span) if motions is None else motions.over(span)
     model, turn = motions.model, 2 * np.pi
     entries = {q.name: q for q in _quantities(mechanism.model)}
-    determined = [variable.name for variable in model.outputs[: len(model.outputs) - model.events]]
+    first_event = len(model.outputs) - model.events
+    determined = [x.name for x in model.outputs[: first_event - model.has_pivot]]
     names = [*motions.dynamics.names, *determined]
     phi, d, h = ca.SX.sym("phi"), ca.SX.sym("d", len(motions.dynamics.data)), ca.SX.sym("h", 0)
     q = ca.SX.sym("q", len(motions.dynamics.names))
@@ -189,7 +190,7 @@ def build_free_machine(
     outputs = model.y(time, q, *motions.split(d))
     inputs, labels = [phi, d, h, q], ["phi", "d", "h", "q"]
     lane = ca.vertcat(q, outputs[: len(determined)], time)
-    events = outputs[len(determined) :]
+    events = outputs[first_event:]
     return Machine(
         **_describe_design(mechanism),
         build=partial(build_free_machine, span=span),

@@ -29,6 +29,14 @@ from planter.mechanism.dynamics import Dynamics, Reactions, find_independent_row
 from planter.mechanism.motion_equations import MotionEquations
 
 ARGUMENTS = ["t", "x", "u", "p"]
+PIVOT = "pivot"
+"""Name of the output that tells how far constraints are from depending on each other, and friction
+from leaving the motion undetermined; `pivot_` where the statement has this name.
+"""
+PIVOT_SHARE = 1e-4
+"""Share of the pivot at the start below which exports warn: some four digits are lost there, and the
+motion may leave the branch that it is on.
+"""
 
 
 @dataclass(frozen=True)
@@ -129,10 +137,17 @@ class DynamicsModel:
 
     @cached_property
     def outputs(self) -> list[DynamicsVariable]:
-        """Reports, reactions that the balances determine, energies, and values of events."""
+        """Reports, reactions that the balances determine, energies, the pivot if it changes, and
+        values of events.
+        """
         vectors = self.equations.formulas.sidecar["vectors"]
-        entries = [*vectors["outputs"], *vectors.get("events_outputs", ())]
-        determined = [entry for entry in entries if entry["name"] not in self._choice.undetermined]
+        undetermined = self._choice.undetermined
+        determined = [entry for entry in vectors["outputs"] if entry["name"] not in undetermined]
+        names = {variable.name for variable in (*self.states, *self.inputs, *self.parameters)}
+        names |= {entry["name"] for entry in determined}
+        if self.has_pivot:
+            determined.append(_PIVOT_ENTRY | {"name": PIVOT + "_" * (PIVOT in names)})
+        determined += vectors.get("events_outputs", ())
         values = self.y(0.0, self.start, self.u, self.p)
         return [
             _describe(entry, float(value))
@@ -190,6 +205,16 @@ class DynamicsModel:
         self, function: ca.Function, t: float, x: Array, u: Array | None, p: Array | None
     ) -> Any:
         return function(t, x, self.u if u is None else u, self.p if p is None else p)
+
+    @cached_property
+    def least_pivot(self) -> float:
+        """The pivot below which exports warn; 0 where there is none to watch."""
+        return PIVOT_SHARE * self.pivot(0.0, self.start) if self.has_pivot else 0.0
+
+    @property
+    def has_pivot(self) -> bool:
+        """Whether the pivot changes: with constraints, or friction of forces of joints."""
+        return bool(self.constraints) or self._motion.is_coupled
 
     # --- functions -------------------------------------------------------------------------------
 
@@ -290,7 +315,15 @@ class DynamicsModel:
         names = equations.outputs("lane")
         rows = [k for k, name in enumerate(names) if name not in self._choice.undetermined]
         events = equations.evaluate("events") if equations.outputs("events") else ca.SX(0, 1)
-        return ca.vertcat(values[rows], events)
+        pivot = self._motion.pivot if self.has_pivot else ca.SX(0, 1)
+        return ca.vertcat(values[rows], pivot, events)
+
+
+_PIVOT_ENTRY = {
+    "name": PIVOT,
+    "unit": "1",
+    "meaning": "least pivot over the largest: near 0 constraints or friction determine no motion",
+}
 
 
 def _describe(
@@ -382,10 +415,10 @@ class _Motion:
             balances = (matrix @ self.actions + loads)[choice.balances.tolist()]
             self._residuals.append(ca.substitute(balances, equations.sizes, self.sizes))
         self._slopes, self._equations, self._weight = slopes, equations, choice.weight
-        self._is_coupled = bool(r.numel()) and ca.depends_on(residual, r)
+        self.is_coupled = bool(r.numel()) and ca.depends_on(residual, r)
         self.values = {name: ca.SX.zeros(symbol.numel()) for name, symbol in self.symbols.items()}
         right = [-self.substitute(part) for part in self._residuals]
-        self.values = self._solve(right, None if self._is_coupled else equations.accelerations)
+        self.values = self._solve(right, None if self.is_coupled else equations.accelerations)
 
     def differentiate(self, symbols: ca.SX) -> dict[str, ca.SX]:
         """Return derivatives (n, s) of what is unknown by symbols (s,)."""
@@ -400,7 +433,7 @@ class _Motion:
     @cached_property
     def pivot(self) -> ca.SX:
         """The least pivot over the largest."""
-        if self._is_coupled:
+        if self.is_coupled:
             return solve_system(self._matrix, ca.SX(self._matrix.size1(), 1)).pivot
         return self._factor.pivot if self._slopes.size1() else ca.SX(1)
 
@@ -417,7 +450,7 @@ class _Motion:
         """Return what the slopes of the residuals times unknowns equal: motion first, unless its
         accelerations are known, actions from it.
         """
-        if self._is_coupled:
+        if self.is_coupled:
             ends = np.cumsum([0, *(symbol.numel() for symbol in self.symbols.values())]).tolist()
             solution = solve_system(self._matrix, ca.vertcat(*right)).solution
             return dict(zip(self.symbols, ca.vertsplit(solution, ends), strict=True))

@@ -20,6 +20,9 @@ from planter.mechanism.state_space.model import DynamicsModel, load_dynamics
 from tests.planter.mechanism.state_space.statements import (
     CART,
     CRANKS,
+    FOUR_BAR,
+    ODD,
+    PLATFORM,
     RUBBING,
     build_chain,
     build_tree,
@@ -31,9 +34,14 @@ SOURCES = {
     "cart": (CART, "own"),
     "cranks": (CRANKS, "own"),
     "rubbing": (RUBBING, "own"),
+    "odd": (ODD, "own"),
+    "four-bar": (FOUR_BAR, "own"),
+    "platform": (PLATFORM, "own"),
+    "chain": (build_chain(24), "own"),
     "whipple": ("whipple", "whipple"),
     "row_unit": ("row_unit", "row_unit"),
 }
+SHORT = [name for name in SOURCES if name != "chain"]
 
 
 def find_path(name: str) -> Path:
@@ -63,7 +71,7 @@ def differentiate(function: Callable[[Array], Array], point: Array) -> Array:
     return np.reshape(rows, (len(point), len(function(point)))).T
 
 
-@pytest.mark.parametrize("name", SOURCES)
+@pytest.mark.parametrize("name", SHORT)
 def test_rates_are_those_of_the_equations_of_motion(name: str) -> None:
     subject, dynamics = model(name), model(name).dynamics
     for state in draw_states(name):
@@ -82,7 +90,7 @@ def vary(
     return lambda point: values(0.0, **{**arguments, key: point})
 
 
-@pytest.mark.parametrize("name", SOURCES)
+@pytest.mark.parametrize("name", SHORT)
 def test_derivatives_are_those_of_differences(name: str) -> None:
     subject = model(name)
     for state in draw_states(name, 2):
@@ -166,6 +174,21 @@ def test_constraint_that_follows_from_others_is_left_out() -> None:
     np.testing.assert_allclose(
         subject.constraint_slopes(0.0, subject.start) @ result.basis, 0, atol=1e-12
     )
+
+
+def test_pivot_is_an_output_where_it_changes() -> None:
+    for name in ("cranks", "rubbing", "whipple"):
+        subject, state = model(name), draw_states(name, 1)[0]
+        (place,) = (i for i, x in enumerate(subject.outputs) if x.name == "pivot")
+        assert subject.outputs_at(0.0, state)[place] == subject.pivot(0.0, state)
+        assert 0 < subject.least_pivot < 1e-3 * subject.pivot(0.0, subject.start)
+    assert "pivot" not in [output.name for output in model("cart").outputs]
+    assert model("cart").least_pivot == 0
+    renamed = CRANKS.replace('m.coordinate("c"', 'm.coordinate("pivot"')
+    subject = load_dynamics(own.generated(renamed) / "own.toml")
+    names = [x.name for x in (*subject.states, *subject.outputs)]
+    assert len(set(names)) == len(names)
+    assert {"pivot", "pivot_"} < set(names)
 
 
 def test_bicycle_has_the_published_eigenvalues() -> None:
