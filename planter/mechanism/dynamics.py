@@ -23,8 +23,7 @@ import scipy
 from threadpoolctl import threadpool_limits
 
 from planter.errors import ComputationError, InputError, NotFiniteError
-from planter.kernels import Array, Kernel
-from planter.kernels.backends import defer_interrupt
+from planter.kernels import Array, CallError, Kernel
 from planter.kernels.elimination import InertiaFactor
 from planter.kernels.formulas import Formulas
 from planter.mechanism.file import MechanismFile
@@ -482,17 +481,22 @@ class Dynamics:
     def _bind_accelerations(self, share: float) -> Callable[[float, Array], Array]:
         """Return the function (time, state) -> accelerations (k,) for many calls in this thread.
 
-        Where nothing constrains the motion, one call of a kernel solves for them.
+        Where nothing constrains the motion, one call of a kernel solves for them, in memory that
+        the next call writes again.
         """
         if not self._is_free:
             return lambda time, state: self.accelerations(time, state, share)[0]
         now, at = np.zeros((1, 1)), np.zeros((2 * self.size, 1))
         inputs = np.zeros((self.history.symbols.numel(), 1))
-        solved = self._free_kernel.bind(time=now, state=at, inputs=inputs)
+        solve = self._free_kernel.bind(time=now, state=at, inputs=inputs)
+        accelerations, columns = solve.outputs["accelerations"][:, 0], at[:, 0]
 
         def accelerate(time: float, state: Array) -> Array:
-            now[0, 0], at[:, 0], inputs[:, 0] = time, state, self.history.at(time)
-            return solved()["accelerations"][:, 0]
+            now[0, 0], columns[:] = time, state
+            if len(inputs):
+                inputs[:, 0] = self.history.at(time)
+            solve()
+            return accelerations
 
         return accelerate
 
@@ -686,15 +690,16 @@ class Dynamics:
         pace, share = _Pace(self.file.name, times[0], times[-1]), self._find_share(times[0], state)
         accelerate = self._bind_accelerations(share)
 
+        size = self.size
+
         def rates(time: float, y: Array) -> Array:
             if pace.count(time) == LONG_MOTION:
                 self.compile()
-            with suppress(NotFiniteError):
-                if np.isfinite(y).all():
-                    return np.concatenate([y[self.size :], accelerate(time, y)])
-            return np.full(
-                2 * self.size, np.nan
-            )  # the step is too long: the integrator tries a shorter one
+            try:
+                return np.concatenate([y[size:], accelerate(time, y)])
+            except (CallError, NotFiniteError):
+                # the step is too long: the integrator tries a shorter one
+                return np.full(2 * size, np.nan)
 
         def differentiate(time: float, y: Array) -> Array:
             steps = DIFFERENCE_STEP * (1 + np.abs(y))
@@ -715,7 +720,7 @@ class Dynamics:
         ):
             while solver.t < times[-1]:
                 at = solver.y
-                if (message := defer_interrupt(solver.step)) is not None:
+                if (message := solver.step()) is not None:
                     raise ComputationError(
                         f"{self.file.name}: the motion stops at {solver.t:.6g} s: {message}"
                     )

@@ -24,6 +24,7 @@ import numpy as np
 from planter.errors import InputError
 from planter.kernels import Array
 from planter.kernels.elimination import ConstrainedFactor, solve_system
+from planter.kernels.kernel import VectorFunction
 from planter.mechanism import file as mechanism_file
 from planter.mechanism.dynamics import Dynamics, Reactions, find_independent_rows
 from planter.mechanism.motion_equations import MotionEquations
@@ -114,6 +115,7 @@ class DynamicsModel:
         data = ca.vertcat(*(packed[entry["name"]] for entry in entries))
         self.equations = MotionEquations(formulas, data)
         self._choice = _Choice(dynamics, self.equations, self.start)
+        self._calls: dict[str, VectorFunction] = {}
 
     def _find_entry(self, name: str, entries: Sequence[dict[str, Any]]) -> str:
         for entry in entries:
@@ -165,13 +167,13 @@ class DynamicsModel:
 
     def rates(self, t: float, x: Array, u: Array | None = None, p: Array | None = None) -> Array:
         """Return x' (2k,) [SI]: rates, then accelerations."""
-        return np.array(self._call(self.f, t, x, u, p)[0])[:, 0]
+        return self._call("f", t, x, u, p)[0][:, 0]
 
     def pivot(self, t: float, x: Array, u: Array | None = None, p: Array | None = None) -> float:
         """Return the least pivot of the constraints over the largest: 1 without constraints, 0 where
         those that are kept depend on each other.
         """
-        return float(self._call(self.f, t, x, u, p)[1])
+        return float(self._call("f", t, x, u, p)[1][0, 0])
 
     def linearised(
         self, t: float, x: Array, u: Array | None = None, p: Array | None = None
@@ -179,32 +181,34 @@ class DynamicsModel:
         """Return A (2k, 2k), B (2k, m) and F (2k, q): derivatives of x' by state, inputs,
         parameters.
         """
-        a, b, f = self._call(self.f_jacobian, t, x, u, p)
-        return np.array(a), np.array(b), np.array(f)
+        a, b, f = self._call("f_jacobian", t, x, u, p)
+        return a, b, f
 
     def outputs_at(
         self, t: float, x: Array, u: Array | None = None, p: Array | None = None
     ) -> Array:
         """Return y (r,) [SI], in the order of `outputs`."""
-        return np.array(self._call(self.y, t, x, u, p))[:, 0]
+        return self._call("y", t, x, u, p)[0][:, 0]
 
     def linearised_outputs(
         self, t: float, x: Array, u: Array | None = None, p: Array | None = None
     ) -> tuple[Array, Array, Array]:
         """Return C (r, 2k), D (r, m) and G (r, q): derivatives of y by state, inputs, parameters."""
-        c, d, g = self._call(self.y_jacobian, t, x, u, p)
-        return np.array(c), np.array(d), np.array(g)
+        c, d, g = self._call("y_jacobian", t, x, u, p)
+        return c, d, g
 
     def constraint_slopes(
         self, t: float, x: Array, u: Array | None = None, p: Array | None = None
     ) -> Array:
         """Return the derivatives (c, 2k) by state of gaps and speeds that the constraints keep zero."""
-        return np.array(self._call(self._constraint_jacobian, t, x, u, p))
+        return self._call("_constraint_jacobian", t, x, u, p)[0]
 
     def _call(
-        self, function: ca.Function, t: float, x: Array, u: Array | None, p: Array | None
-    ) -> Any:
-        return function(t, x, self.u if u is None else u, self.p if p is None else p)
+        self, function: str, t: float, x: Array, u: Array | None, p: Array | None
+    ) -> list[Array]:
+        if function not in self._calls:
+            self._calls[function] = VectorFunction(getattr(self, function))
+        return self._calls[function](t, x, self.u if u is None else u, self.p if p is None else p)
 
     @cached_property
     def least_pivot(self) -> float:

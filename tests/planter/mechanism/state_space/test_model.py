@@ -14,6 +14,7 @@ import pytest
 
 from planter.errors import InputError
 from planter.kernels import Array
+from planter.kernels.backends import bind_memory
 from planter.mechanism.dynamics import Reactions
 from planter.mechanism.state_space.linearisation import linearise_model
 from planter.mechanism.state_space.model import DynamicsModel, load_dynamics
@@ -29,6 +30,7 @@ from tests.planter.mechanism.state_space.statements import (
 )
 from tests.support import own
 from tests.support.cli import answer, refusal
+from tests.support.lanes import shortest
 
 SOURCES = {
     "cart": (CART, "own"),
@@ -214,6 +216,23 @@ def test_chain_has_the_derivatives_of_pinocchio() -> None:
         ):
             error = np.abs(part - reference).max()
             assert error < 1e-10 * np.abs(reference).max()
+
+
+MOST_OVERHEAD = 6
+"""Time of a call by NumPy over that of the graph of 24 links in memory that stays."""
+
+
+def test_call_by_arrays_costs_little_more_than_the_graph() -> None:
+    subject = load_dynamics(own.generated(build_chain(24)) / "own.toml")
+    state, function = subject.start, subject.f
+    arguments = 0.0, state, subject.u, subject.p
+    inputs = [np.array(part, ndmin=1, dtype=float) for part in arguments]
+    outputs = [np.zeros(function.nnz_out(i)) for i in range(2)]
+    run = bind_memory(function, inputs, outputs, is_straight=True)
+    bare = shortest(run)
+    assert shortest(lambda: subject.rates(0.0, state)) < MOST_OVERHEAD * bare
+    assert shortest(lambda: function(*arguments)) > MOST_OVERHEAD * bare, "a tampered case"
+    np.testing.assert_array_equal(subject.rates(0.0, state), outputs[0])
 
 
 def test_values_of_a_file_can_be_inputs() -> None:
