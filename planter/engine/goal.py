@@ -77,7 +77,9 @@ def _check_place(machine: Machine, measure: Measure) -> None:
     is_timed = measure.in_time or measure.span is not None
     if machine.motion is None and is_timed:
         reason = "an angle drives it, so give an angle, or leave out the time"
-    elif machine.motion is not None and (not is_timed or measure.kind in ("work", "jump")):
+    elif machine.motion is not None and measure.kind in ("work", "jump"):
+        reason = f"it moves freely, and {measure.kind} is that of a cycle, so take another measure"
+    elif machine.motion is not None and not is_timed:
         reason = (
             "it moves freely, so give a time (at 1 s) or a span of times (max NAME over 0..2 s)"
         )
