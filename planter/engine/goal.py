@@ -96,7 +96,7 @@ def extend_span(machine: Machine, measures: Sequence[Measure]) -> Machine:
     ends += [measure.span[1] for measure in measures if measure.span is not None]
     if not ends:
         return machine
-    return replace(machine.motion.extend(max(ends)), **machine.searched)
+    return machine.with_span(max(ends))
 
 
 def list_conditions(machine: Machine, measure: Measure) -> tuple[MeasureCondition, ...]:

@@ -206,12 +206,19 @@ class MeasuredCurve:
                 for name, high in zip(chosen.names, chosen.upper, strict=True)
                 if name == SHIFT
             ]
-            machine = machine.motion.extend(measured.duration + sum(shifts))
+            self._latest = sum(shifts)
+            machine = machine.with_span(measured.duration + self._latest)
         self.machine, self.duration = machine, measured.duration
-        moved = machine.with_moved({chosen.names[i]: (0.0, 1.0) for i in self._inputs})
-        self._response = open_response(moved, [result.name for result in results])
-        self._machine_inputs = moved.design
+        self._names = [result.name for result in results]
+        self._set_response()
         self._last: tuple[bytes, tuple[Array, Array]] | None = None
+
+    def _set_response(self) -> None:
+        """Set the response of the machine to the inputs."""
+        names = self.chosen.names
+        moved = self.machine.with_moved({names[i]: (0.0, 1.0) for i in self._inputs})
+        self._response = open_response(moved, self._names)
+        self._machine_inputs = moved.design
 
     def _set_points(self, positions: Sequence[Integers], values: Array) -> None:
         """Set the points of each quantity, by their positions among the angles."""
@@ -282,11 +289,15 @@ class MeasuredCurve:
 
         A search along them does not settle on an oscillation too many or too few.
         """
-        shares = BEGINNINGS if self.duration is not None else ()
-        for share in shares:
+        if self.duration is None:
+            return
+        for share in BEGINNINGS:
             selected = [np.flatnonzero(self._angles[p] <= share * TURN) for p in self._positions]
             if min(map(len, selected)) >= POINTS_OF_AN_INPUT * len(self.chosen.names):
-                yield self._select(selected)
+                part = self._select(selected)
+                part.machine = self.machine.with_span(share * self.duration + self._latest)
+                part._set_response()
+                yield part
 
     def _select(self, selected: Sequence[Integers]) -> MeasuredCurve:
         """Return a copy with some points of each quantity."""
