@@ -341,5 +341,13 @@ def evaluate_measure(machine: Machine, measure: Measure, samples: int | None = N
     return Goal(machine, (replace(measure, weight=1.0),), (), samples).evaluate(machine.design)
 
 
+def evaluate_measures(machine: Machine, measures: Sequence[Measure]) -> list[float]:
+    """Return true measures at a machine's own design in their display units, by panels that they
+    share.
+    """
+    curves, x = MeasureCurves(machine, measures), machine.design
+    return [_evaluate(curves.build([replace(m, weight=1.0)]), x) for m in measures]
+
+
 def _evaluate(objective: JoinedObjective, x: Array) -> float:
     return evaluate_summary(objective, objective.summarise(x)).objective
