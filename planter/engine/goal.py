@@ -77,7 +77,9 @@ def _check_place(machine: Machine, measure: Measure) -> None:
     is_timed = measure.in_time or measure.span is not None
     if machine.motion is None and is_timed:
         reason = "an angle drives it, so give an angle, or leave out the time"
-    elif machine.motion is not None and (not is_timed or measure.kind in ("work", "jump")):
+    elif machine.motion is not None and measure.kind in ("work", "jump"):
+        reason = f"it moves freely, and {measure.kind} is that of a cycle, so take another measure"
+    elif machine.motion is not None and not is_timed:
         reason = (
             "it moves freely, so give a time (at 1 s) or a span of times (max NAME over 0..2 s)"
         )
@@ -94,7 +96,7 @@ def extend_span(machine: Machine, measures: Sequence[Measure]) -> Machine:
     ends += [measure.span[1] for measure in measures if measure.span is not None]
     if not ends:
         return machine
-    return replace(machine.motion.extend(max(ends)), **machine.searched)
+    return machine.with_span(max(ends))
 
 
 def list_conditions(machine: Machine, measure: Measure) -> tuple[MeasureCondition, ...]:
@@ -337,6 +339,14 @@ def evaluate_measure(machine: Machine, measure: Measure, samples: int | None = N
     cycle.
     """
     return Goal(machine, (replace(measure, weight=1.0),), (), samples).evaluate(machine.design)
+
+
+def evaluate_measures(machine: Machine, measures: Sequence[Measure]) -> list[float]:
+    """Return true measures at a machine's own design in their display units, by panels that they
+    share.
+    """
+    curves, x = MeasureCurves(machine, measures), machine.design
+    return [_evaluate(curves.build([replace(m, weight=1.0)]), x) for m in measures]
 
 
 def _evaluate(objective: JoinedObjective, x: Array) -> float:

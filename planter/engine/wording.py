@@ -29,6 +29,11 @@ def name_angle(machine: Machine) -> str:
     return f"angle of the drive {machine.angle}"
 
 
+def label_place(machine: Machine) -> str:
+    """Return the label of an axis along a machine's cycle, or its free motion."""
+    return "time / s" if machine.motion is not None else f"{name_angle(machine)} / deg"
+
+
 def name_quantity(quantity: Quantity) -> str:
     """Return the name of a quantity on a page: its meaning, and its symbol."""
     return f"{quantity.meaning} ({quantity.name})" if quantity.meaning else quantity.name

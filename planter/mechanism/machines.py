@@ -66,8 +66,7 @@ def find_free_motion(source: str, changes: Mapping[str, float]) -> MechanismFile
 
 def load(source: str, changes: Mapping[str, float]) -> Machine:
     """Return the machine of a mechanism's file, driven or free. Raises InputError as the file does."""
-    mechanism = file.load(source, changes)
-    return build_machine(mechanism) if mechanism.is_driven else build_free_machine(mechanism)
+    return build_machine(file.load(source, changes))
 
 
 def describe(source: str, changes: Mapping[str, float]) -> Description:
@@ -103,15 +102,14 @@ def describe(source: str, changes: Mapping[str, float]) -> Description:
 
 
 def build_machine(mechanism: MechanismFile) -> Machine:
-    """Return the machine of a mechanism's file.
+    """Return the machine of a mechanism's file, driven or free.
 
-    Raises InputError if no angle drives it, or for its sensor.
+    Raises InputError for its sensor.
     """
+    if not mechanism.is_driven:
+        return build_free_machine(mechanism)
     formulas = mechanism.model
     sidecar = formulas.sidecar
-    if not mechanism.is_driven:
-        message = f"no angle drives {mechanism.name}; run `planter move` for its free motion"
-        raise InputError(f"{mechanism.source}: {message}")
     stages = _stages(formulas)
     names = [value.name for value in _values(formulas)]
     machine = Machine(
