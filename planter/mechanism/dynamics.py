@@ -11,7 +11,7 @@ from __future__ import annotations
 import copy
 import itertools
 import warnings
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, fields, replace
 from functools import cached_property, partial
@@ -30,6 +30,7 @@ from planter.kernels.formulas import Formulas
 from planter.mechanism.file import MechanismFile
 from planter.mechanism.input_history import InputHistory
 from planter.mechanism.motion_equations import MotionEquations, place_balances
+from planter.numerics.roots import bracket_sign_changes
 from planter.progress import name_step
 
 RANK = 1e-9
@@ -790,8 +791,8 @@ class Dynamics:
             def value(time: float, index: int = index) -> float:
                 return float(evaluate(np.array([time]))[index, 0])
 
-            for start, end, is_rising in _bracket_sign_changes(
-                value, times, values, float(signs[index])
+            for start, end, is_rising in bracket_sign_changes(
+                value, times, values, float(signs[index]), GAP_TOLERANCE
             ):
                 is_over = start == end or (value(start) > 0) == is_rising  # within the tolerance
                 time = (
@@ -863,33 +864,6 @@ class _Pace:
                 "--until may help"
             )
         return self._count
-
-
-def _bracket_sign_changes(
-    value: Callable[[float], float], times: Array, values: Array, sign: float
-) -> Iterator[tuple[float, float, bool]]:
-    """Yield ends of intervals in which a value changes its sign, and whether it rises.
-
-    `sign` is the sign before the first time, zero if unknown. A value that is back at the next time
-    counts, too.
-    """
-    outside = np.flatnonzero(np.abs(values) > GAP_TOLERANCE)
-    start = times[0]
-    for part in outside:
-        if sign * values[part] < 0:
-            yield start, times[part], bool(values[part] > 0)
-        sign, start = np.sign(values[part]), times[part]
-    sizes, is_positive = np.abs(values), values > 0
-    for at in 1 + np.flatnonzero((sizes[1:-1] < sizes[:-2]) & (sizes[1:-1] < sizes[2:])):
-        if is_positive[at - 1] == is_positive[at] == is_positive[at + 1]:
-            side = 1 if is_positive[at] else -1
-            dip = scipy.optimize.minimize_scalar(
-                lambda time, side=side: side * value(time),
-                bounds=(times[at - 1], times[at + 1]),
-                method="bounded",
-            )
-            if dip.fun < -GAP_TOLERANCE:
-                yield times[at - 1], float(dip.x), side < 0
 
 
 def describe_contradictions(changes: Mapping[str, tuple[float, float]]) -> str:

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import casadi as ca
 import numpy as np
 
-from planter.engine.goal import TIME
 from planter.engine.loops import KinematicLoops
 from planter.engine.machine import (
     PLACES,
@@ -25,6 +24,7 @@ from planter.engine.machine import (
     Vector,
     build_vectors,
 )
+from planter.engine.measures import TIME
 from planter.errors import InputError
 from planter.files import units
 from planter.kernels.formulas import HOISTED, Formulas

@@ -25,7 +25,7 @@ from threadpoolctl import threadpool_limits
 from planter.engine.response import DesignPoint, MachineResponse, add_moving_angles
 from planter.errors import ComputationError
 from planter.kernels import Array, Integers, Kernel
-from planter.mechanism.dynamics import Dynamics, MotionStep
+from planter.mechanism.dynamics import EVENT_SAMPLES, Dynamics, MotionStep
 from planter.mechanism.file import MechanismFile
 from planter.mechanism.input_history import InputHistory
 from planter.mechanism.state_space.model import DynamicsModel
@@ -41,6 +41,10 @@ START_STEP = 1e-4
 AGREEMENT = 1e-6
 """Accelerations of the model and of the integration agree to this share: else a normal force that
 friction follows from has changed its sign, or the constraints are others than at the start.
+"""
+MARGIN = 1e-12
+"""Share of the whole time before an event, which is located to that, in which values are still those
+of the arc before it.
 """
 MOST_MOTIONS = 32
 """Motions that are kept: those of a design and of its neighbours, by which second derivatives
@@ -158,6 +162,17 @@ class SensitiveMotion:
         self.lengths = np.array([step.end - step.start for step in self.steps])
         changes = [bool(step.crossed) for step in self.steps]
         self.arcs = np.concatenate([[0], np.cumsum(changes[:-1])]).astype(np.int64)
+
+    @cached_property
+    def spans(self) -> list[tuple[float, float]]:
+        """First and last times [s] of the arcs between events, without what is undecided there."""
+        margin, spans = MARGIN * self.motions.span, []
+        for arc in range(1 + self.arcs[-1]):
+            steps = np.flatnonzero(self.arcs == arc)
+            start, last = self.starts[steps[0]], self.steps[steps[-1]]
+            end = min([passage.time - margin for passage in last.crossed], default=last.end)
+            spans.append((start + (margin if arc else 0.0), end))
+        return spans
 
     def place(self, times: Array, arcs: Integers | None = None) -> Integers:
         """Return the steps (n,) in which times lie, those of given arcs between events if any are
@@ -384,6 +399,31 @@ class MotionResponse(MachineResponse):
         """Return that sum in the design alone, (p, p), of angles with slopes (n, p)."""
         hessians = self.curvatures(point, phi, weights)
         return add_moving_angles(hessians[:, 1:, 1:].sum(axis=0), hessians, angle_slopes)
+
+    def list_pieces(self, point: DesignPoint, first: float, last: float) -> list[Array]:
+        """Return the samples (n,) of each arc between events, from the first to the last angle."""
+        motion = self.motions.find(point.d, self.machine.moved)
+        ends = np.array([first, last]) * self._pace
+        shares = np.linspace(0.0, 1.0, EVENT_SAMPLES, endpoint=False)
+        times = motion.starts[:, None] + motion.lengths[:, None] * shares
+        pieces = []
+        for arc, (start, end) in enumerate(motion.spans):
+            low, high = max(start, ends[0]), min(end, ends[1])
+            inner = times[motion.arcs == arc].ravel()
+            inner = inner[(inner > low) & (inner < high)]
+            if low < high:
+                pieces.append(np.concatenate([[low], inner, [high]]) / self._pace)
+        return pieces
+
+    def list_passages(self, point: DesignPoint) -> list[tuple[str, float]]:
+        """Return the names of events with their angles, which lie in the arcs before them."""
+        motion = self.motions.find(point.d, self.machine.moved)
+        margin = MARGIN * self.motions.span
+        return [
+            (passage.event, (passage.time - margin) / self._pace)
+            for step in motion.steps
+            for passage in step.crossed
+        ]
 
     def compile(self) -> None:
         """Compile the values and their slopes."""
