@@ -49,6 +49,12 @@ TIME_RESOLUTION = 1e-12
 """Events are located to this share of a motion's last time, of which floating point resolves
 1e-16.
 """
+PENETRATION = 1e-9
+"""Gaps of impacts below minus this [m] are contacts that stay closed."""
+HOP_SHARE = 0.25
+"""First step after an impact, as a share of the time to the next one if the gap's rate goes on to
+change as it does.
+"""
 MOST_SIGN_CHANGES = 50
 """Steps to the sizes of normal forces that friction follows from."""
 MOST_PROJECTIONS = 30
@@ -725,6 +731,9 @@ class Dynamics:
                     if self.event_names
                     else ([], signs)
                 )
+                impact = next(
+                    (passage for passage in crossed if passage.event in self.impacts), None
+                )
                 inside = [
                     passage.time
                     for passage in crossed
@@ -735,19 +744,85 @@ class Dynamics:
                 ):  # another law holds in part of the step
                     solver = begin(solver.t_old, at, inside[0] + resolution)
                     continue
+                end, dense = solver.t, solver.dense_output()
+                if impact is not None:  # what else happens later in the step is found again
+                    end, crossed = impact.time, crossed[: crossed.index(impact) + 1]
+                    changed = [passage.event for passage in crossed]
+                    after = np.where(np.isin(self.event_names, changed), after, signs)
+                    after[self.event_names.index(impact.event)] = 0.0
                 signs = after
                 passages += crossed
                 if steps is not None:
-                    steps.append(MotionStep(solver.t_old, solver.t, solver.dense_output(), crossed))
-                if len(passed := times[len(states) :][times[len(states) :] <= solver.t]):
-                    dense = solver.dense_output()
-                    states += [self.project(time, dense(time), share) for time in passed]
-                at = self.project(solver.t, solver.y, share)
-                if crossed or solver.status == "finished":
+                    steps.append(MotionStep(solver.t_old, end, dense, crossed))
+                passed = times[len(states) :][times[len(states) :] <= end]
+                states += [self.project(time, dense(time), share) for time in passed]
+                at = self.project(end, dense(end) if impact else solver.y, share)
+                if impact is not None:
+                    at = self.rebound(end, at, impact.event)
+                    hop = self._estimate_hop(end, at, impact.event, rates)
+                    solver = begin(end, at, times[-1], first_step=min(hop, times[-1] - end) or None)
+                elif crossed or solver.status == "finished":
                     solver = begin(solver.t, at, times[-1])
                 elif self.constraints:
                     solver.y, solver.f = at, solver.fun(solver.t, at)
         return np.array(states).T, passages
+
+    @cached_property
+    def impacts(self) -> list[str]:
+        """The names of the events at which rates jump."""
+        return [f"impact of {name}" for name in self.graphs.impacts]
+
+    @cached_property
+    def _impact_function(self) -> ca.Function:
+        """(time, state, inputs) -> rates of gaps, their slopes, and restitutions."""
+        graphs = self.graphs
+        symbols = [graphs.time, graphs.state, self.history.symbols]
+        outputs = [graphs.openings, graphs.opening_slopes, graphs.restitutions]
+        return ca.Function("impacts", symbols, list(map(ca.densify, outputs)))
+
+    def rebound(self, time: float, state: Array, event: str) -> Array:
+        """Return the state (2k,) [rad, m and per s] after an impact, the same if its gap opens.
+
+        Raises ComputationError if nothing resists the impulse.
+        """
+        jump = self.find_impulses(time, state, event)[0]
+        return np.concatenate([state[: self.size], state[self.size :] + jump])
+
+    def find_impulses(self, time: float, state: Array, event: str) -> tuple[Array, Array]:
+        """Return the jump (k,) of the rates [rad/s, m/s] at an impact, and the impulses (c + i,) of
+        constraints and impacts, of which those that have no part vanish [N s for a gap in m].
+        """
+        opening, row, restitution = self._find_opening(time, state, event)
+        now = self.equations(time, state)
+        impulses = np.zeros(len(now.slopes) + len(self.impacts))
+        if opening >= 0:
+            return np.zeros(self.size), impulses
+        rows = find_independent_rows(now.slopes)
+        bends = np.append(np.zeros(len(rows)), -(1 + restitution) * opening)
+        slopes = np.vstack([now.slopes[rows], row])
+        chosen = np.append(rows, len(now.slopes) + self.impacts.index(event))
+        jump, impulses[chosen] = self._solve(time, now.inertia, slopes, np.zeros(self.size), bends)
+        return jump, impulses
+
+    def _find_opening(self, time: float, state: Array, event: str) -> tuple[float, Array, float]:
+        """Return the rate of the gap of an impact [m/s], its slopes (k,), and the restitution."""
+        values = self._impact_function(time, state, self.history.at(time))
+        openings, slopes, restitutions = map(np.array, values)
+        index = self.impacts.index(event)
+        return openings[index, 0], slopes[index], restitutions[index, 0]
+
+    def _estimate_hop(
+        self, time: float, state: Array, event: str, rates: Callable[[float, Array], Array]
+    ) -> float:
+        """Return a first step [s] after an impact, a share of the time in which its gap is open; 0
+        if it goes on to open.
+        """
+        step = DIFFERENCE_STEP
+        opening, later = (
+            self._find_opening(time + shift, state + shift * rates(time, state), event)[0]
+            for shift in (0.0, step)
+        )
+        return HOP_SHARE * 2 * opening * step / max(opening - later, 0) if later < opening else 0.0
 
     def _find_share(self, time: float, state: Array) -> float:
         """Return the share of the first row of slopes below which others follow from it, in a
@@ -799,10 +874,24 @@ class Dynamics:
                     start if is_over else scipy.optimize.brentq(value, start, end, xtol=resolution)
                 )
                 passages.append(Passage(self.event_names[index], float(time), is_rising))
+            if self.event_names[index] in self.impacts:
+                passages = [p for p in passages if p.event not in self.impacts or not p.rising]
+                self._refuse_closed(solver.t, self.event_names[index], values[-1], passages)
             outside = values[np.abs(values) > GAP_TOLERANCE]
             if len(outside):
                 after[index] = np.sign(outside[-1])
         return sorted(passages, key=lambda passage: passage.time), after
+
+    def _refuse_closed(
+        self, time: float, event: str, gap: float, passages: Sequence[Passage]
+    ) -> None:
+        """Raise ComputationError if the gap [m] of an impact is closed without one."""
+        if gap < -PENETRATION and event not in [passage.event for passage in passages]:
+            contact = event.removeprefix("impact of ")
+            raise ComputationError(
+                f"{self.file.name}: at {time:.6g} s the contact {contact} stays closed, which no "
+                f"impact opens; let the motion end before that, or state it by `compliant_contact`"
+            )
 
     def _results(
         self,

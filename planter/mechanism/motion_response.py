@@ -5,8 +5,9 @@ equations along it,
 
     S' = A S + F,    A = df/dx,  F = df/dp,
 
-by Gauss collocation on the integrator's steps. Where another law begins, at the time t(x, p) at
-which an event e vanishes, S jumps by (f- - f+) dt/dp, with dt/dp = -(e_x S + e_p) / (e_t + e_x f-)
+by Gauss collocation on the integrator's steps. At the time t(x, p) at which an event e vanishes,
+dt/dp = -(e_x S + e_p) / (e_t + e_x f-). Where another law begins there, S jumps by (f- - f+) dt/dp;
+where an impact leads to the state R(t, x, p), it becomes R_x S + R_p + (R_x f- + R_t - f+) dt/dp
 (saltation: Leine and Nijmeijer, Dynamics and Bifurcations of Non-Smooth Mechanical Systems, 2004,
 chapter 7).
 """
@@ -25,7 +26,7 @@ from threadpoolctl import threadpool_limits
 from planter.engine.response import DesignPoint, MachineResponse, add_moving_angles
 from planter.errors import ComputationError
 from planter.kernels import Array, Integers, Kernel
-from planter.mechanism.dynamics import EVENT_SAMPLES, Dynamics, MotionStep
+from planter.mechanism.dynamics import EVENT_SAMPLES, Dynamics, MotionStep, Passage
 from planter.mechanism.file import MechanismFile
 from planter.mechanism.input_history import InputHistory
 from planter.mechanism.state_space.model import DynamicsModel
@@ -42,6 +43,8 @@ AGREEMENT = 1e-6
 """Accelerations of the model and of the integration agree to this share: else a normal force that
 friction follows from has changed its sign, or the constraints are others than at the start.
 """
+TANGENT = 1e-6
+"""Slopes of events over the whole time below this share of the largest value touch zero."""
 MARGIN = 1e-12
 """Share of the whole time before an event, which is located to that, in which values are still those
 of the arc before it.
@@ -118,6 +121,24 @@ class Motions:
         events = values(*(symbols[name] for name in values.name_in()))
         slopes = ca.densify(ca.jacobian(events, ca.vertcat(t, x, d)))
         return ca.Function("events_slopes", [t, x, d], [slopes])
+
+    @cached_property
+    def impulse_slopes(self) -> ca.Function:
+        """(t, x, d, jump (k,), impulses (c + i,)) -> slopes of the balance of impulses of all
+        constraints and impacts, by jump and impulses, and by t, x, d.
+        """
+        graphs, size = self.dynamics.graphs, self.dynamics.size
+        ways = ca.vertcat(graphs.slopes, graphs.opening_slopes)
+        jump, impulses = ca.SX.sym("jump", size), ca.SX.sym("impulses", ways.size1())
+        closing = ca.vertcat(
+            ca.SX(graphs.slopes.size1(), 1), (1 + graphs.restitutions) * graphs.openings
+        )
+        balance = ca.vertcat(graphs.inertia @ jump - ways.T @ impulses, ways @ jump + closing)
+        of_motion = [graphs.time, graphs.state, self.dynamics.history.symbols]
+        unknowns = ca.vertcat(jump, impulses)
+        slopes = [ca.jacobian(balance, v) for v in (unknowns, ca.vertcat(*of_motion))]
+        outputs = list(map(ca.densify, slopes))
+        return ca.Function("impulse_slopes", [*of_motion, jump, impulses], outputs)
 
     @cached_property
     def constraint_slopes(self) -> ca.Function:
@@ -265,24 +286,61 @@ class SensitiveMotion:
 
     def _jump(self, step: MotionStep, slopes: Array) -> Array:
         """Return the derivatives (2k, p) after the events at the end of a step."""
-        names = self.dynamics.event_names
+        dynamics, names = self.dynamics, self.dynamics.event_names
         for passage in step.crossed:
+            is_impact = passage.event in dynamics.impacts
             margin = 4 * abs(step.end - passage.time) + 1e-12 * self.motions.span
-            times = passage.time + np.array([-margin, margin])
+            times = passage.time + np.array([-margin, 0.0 if is_impact else margin])
             before, after = step.states(times).T
+            reset = np.eye(len(before), 1 + len(before) + len(self.d), 1)
+            if is_impact:
+                after, reset = self._reset(passage, after)
             rates = [
-                np.concatenate(
-                    [state[self.dynamics.size :], self.dynamics.accelerations(time, state)[0]]
-                )
+                np.concatenate([state[dynamics.size :], dynamics.accelerations(time, state)[0]])
                 for time, state in zip(times, (before, after), strict=True)
             ]
             by_all = np.array(self.motions.events_slopes(passage.time, before, self.d))
             row = by_all[names.index(passage.event)]
-            by_state, by_values = row[1 : 1 + len(before)], row[1 + len(before) :][self.moved]
-            rise = row[0] + by_state @ rates[0]
+            by_time, by_state, by_values = self._split(row)
+            rise = by_time + by_state @ rates[0]
+            size = self._event_sizes[names.index(passage.event)]
+            if abs(rise) * self.motions.span <= TANGENT * size:
+                raise ComputationError(
+                    f"{dynamics.file.name}: {passage.event} is only touched at {passage.time:.6g} s: "
+                    f"there is no derivative"
+                )
             moved = -(by_state @ slopes + by_values) / rise
-            slopes = slopes + np.outer(rates[0] - rates[1], moved)
+            by_time, by_state, by_values = self._split(reset)
+            change = by_state @ rates[0] + by_time - rates[1]
+            slopes = by_state @ slopes + by_values + np.outer(change, moved)
         return slopes
+
+    @cached_property
+    def _event_sizes(self) -> Array:
+        """Largest sizes (e,) of the events' values at the beginnings of steps."""
+        states = self.states(self.starts, np.arange(len(self.steps)))
+        data = self.dynamics.data_at(self.starts)
+        values = self.dynamics.formulas("events", time=self.starts, data=data, state=states)
+        return np.abs(list(values.values())).max(axis=1)
+
+    def _split(self, slopes: Array) -> tuple[Array, Array, Array]:
+        """Return the parts by time, by state and by moved values of slopes (..., 1 + 2k + v)."""
+        count = 2 * self.dynamics.size
+        by_values = slopes[..., 1 + count :][..., self.moved]
+        return slopes[..., 0], slopes[..., 1 : 1 + count], by_values
+
+    def _reset(self, passage: Passage, state: Array) -> tuple[Array, Array]:
+        """Return the state (2k,) after an impact, and its derivatives (2k, 1 + 2k + v) by time,
+        state before it, and values, by the implicit function theorem on the balance of impulses.
+        """
+        size, reset = len(state) // 2, np.eye(len(state), 1 + len(state) + len(self.d), 1)
+        jump, impulses = self.dynamics.find_impulses(passage.time, state, passage.event)
+        arguments = passage.time, state, self.d, jump, impulses
+        by_unknowns, by_all = map(np.array, self.motions.impulse_slopes(*arguments))
+        chosen = np.concatenate([np.arange(size), size + np.flatnonzero(impulses)])
+        solved = np.linalg.solve(by_unknowns[np.ix_(chosen, chosen)], by_all[chosen])
+        reset[size:] -= solved[:size]
+        return np.concatenate([state[:size], state[size:] + jump]), reset
 
     def _project(self, step: MotionStep, slopes: Array) -> Array:
         """Return the derivatives (2k, p) on the constraints at the end of a step."""

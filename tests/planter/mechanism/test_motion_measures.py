@@ -269,22 +269,24 @@ def test_time_of_an_event_is_that_of_free_fall() -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "moved", "measure"),
+    ("text", "moved", "measure", "share"),
     [
-        (OSCILLATOR, "m_b k c x_0", "x_dot where x is 10 mm last over 0..3 s"),
-        (OSCILLATOR, "m_b k c x_0", "settling x within 2 mm over 0..4 s"),
-        (BALL, "g k F y_0", "t where y is 0 last"),
-        (BALL, "g k F y_0", "kinetic where y_dot is 1 m/s last"),
-        (BALL, "g k F y_0", "settling N_c within 0.5 N"),
-        (CRANKS, "g r w J m_b T", "a1_dot where a0 is 80 deg first"),
-        (RUBBING, "m_r M mu", "s where a is -30 deg first"),
+        (OSCILLATOR, "m_b k c x_0", "x_dot where x is 10 mm last over 0..3 s", 5e-5),
+        (OSCILLATOR, "m_b k c x_0", "settling x within 2 mm over 0..4 s", 5e-5),
+        (BALL, "g k F y_0", "t where y is 0 last", 1e-3),
+        (BALL, "g k F y_0", "y_dot where y is 50 mm last", 1e-3),
+        (BALL, "g k F y_0", "settling N_c within 0.5 N", 1e-3),
+        (CRANKS, "g r w J m_b T", "a1_dot where a0 is 30 deg first over 0..0.4 s", 2e-4),
+        (RUBBING, "m_r M mu", "s where a is -30 deg first", 2e-4),
     ],
     ids=["last", "settling", "contact", "after contacts", "jump", "closed loops", "friction"],
 )
-def test_gradients_at_times_that_the_design_moves(text: str, moved: str, measure: str) -> None:
+def test_gradients_at_times_that_the_design_moves(
+    text: str, moved: str, measure: str, share: float
+) -> None:
     goal = build_goal(free_machine(text, moved), measure)
     x = goal.machine.design
-    expected = differentiate(goal, x, 5e-5)
+    expected = differentiate(goal, x, share)
     assert goal.slope(x) == pytest.approx(expected, rel=1e-6, abs=1e-6 * np.abs(expected).max())
 
 
@@ -325,7 +327,7 @@ def test_passages_that_do_not_happen_are_told(measure: str, reason: str) -> None
 def test_a_number_that_is_only_touched_has_no_time() -> None:
     """The apex of the flight is the number itself, which is passed where it is a little less."""
     machine = free_machine(PROJECTILE, "g v_0")
-    apex = 1e3 * (8 * np.sin(0.7)) ** 2 / 2 / 9.81
+    apex = float(1e3 * (8 * np.sin(0.7)) ** 2 / 2 / 9.81)
     for share, reason in ((1 - 1e-13, "touched|does not pass"), (1.001, "does not pass")):
         goal = build_goal(machine, f"t where y is {share * apex!r} mm first")
         with pytest.raises(errors.ComputationError, match=reason):
