@@ -49,6 +49,8 @@ TIME_RESOLUTION = 1e-12
 """Events are located to this share of a motion's last time, of which floating point resolves
 1e-16.
 """
+BRANCH_STEP = 1e-3
+"""Step to the poses next to one [rad, m]: singular values grow with it."""
 PENETRATION = 1e-9
 """Gaps of impacts below minus this [m] are contacts that stay closed."""
 HOP_SHARE = 0.25
@@ -691,6 +693,7 @@ class Dynamics:
         The integrator's steps are added to `steps`. The rest is as for `run`.
         """
         pace, share = _Pace(self.file.name, times[0], times[-1]), self._find_share(times[0], state)
+        self._refuse_branches(times[0], state)
         accelerate = self._bind_accelerations(share)
 
         def rates(time: float, y: Array) -> Array:
@@ -766,6 +769,28 @@ class Dynamics:
                 elif self.constraints:
                     solver.y, solver.f = at, solver.fun(solver.t, at)
         return np.array(states).T, passages
+
+    def _refuse_branches(self, time: float, state: Array) -> None:
+        """Raise ComputationError if more constraints depend on each other in a state than in poses
+        next to it: several motions go on from there.
+        """
+        slopes = self.equations(time, state).slopes
+        rank = len(find_independent_rows(slopes))
+        if rank == len(slopes):
+            return
+        ways, moved = scipy.linalg.null_space(slopes, RANK), np.array(state, dtype=float)
+        moved[: self.size] += BRANCH_STEP * ways.sum(axis=1)  # a way that no branch takes alone
+        try:
+            moved = self.project(time, moved)
+        except ComputationError:  # no other pose is next to it
+            return
+        if len(find_independent_rows(self.equations(time, moved).slopes)) > rank:
+            names, places = ", ".join(self.dependent(state, time)), self.names[: self.size]
+            pose = (f"{name} = {value:.6g}" for name, value in zip(places, state, strict=False))
+            raise ComputationError(
+                f"{self.file.name}: at {time:.6g} s the pose {', '.join(pose)} (SI) is singular: "
+                f"{names} depend on each other there, and several motions go on; start beside it"
+            )
 
     @cached_property
     def impacts(self) -> list[str]:
