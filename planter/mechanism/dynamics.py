@@ -45,6 +45,8 @@ DIFFERENCE_STEP = 1e-7
 """Step of the implicit integrator's differences, in parts of a state and one."""
 EVENT_SAMPLES = 32
 """Parts of an integrator's step in which an event is looked for."""
+SIGN_SAMPLES = 4
+"""The same for signs of normal forces, each of which costs as much as an evaluation."""
 TIME_RESOLUTION = 1e-12
 """Events are located to this share of a motion's last time, of which floating point resolves
 1e-16.
@@ -403,6 +405,10 @@ class Dynamics:
         `accelerations`. Raises ComputationError if no sizes do, since the mechanism jams, or if a
         force is statically indeterminate.
         """
+        return np.abs(self.find_normal_forces(time, state, share))
+
+    def find_normal_forces(self, time: float, state: Array, share: float = RANK) -> Array:
+        """Return these forces (f,) [N or N m], as `find_sizes` their sizes."""
         count = len(self._pressing)
         if not count:
             return np.empty(0)
@@ -418,7 +424,7 @@ class Dynamics:
                 )
                 before, signs = signs, np.copysign(1.0, alone + slopes @ sizes)
                 if np.array_equal(signs, before):
-                    return sizes
+                    return signs * sizes
         raise ComputationError(
             f"{self.file.name}: at {time:.6g} s friction jams: no forces "
             f"{', '.join(self._pressing)} go with it"
@@ -690,7 +696,8 @@ class Dynamics:
         """Return states (2k, n) [rad, m and per s] and events of a motion at times (n,) [s] from an
         allowed state.
 
-        The integrator's steps are added to `steps`. The rest is as for `run`.
+        The integrator's steps are added to `steps`; if there are any to be added, events are also
+        changes of signs of the normal forces that friction follows from. The rest is as for `run`.
         """
         pace, share = _Pace(self.file.name, times[0], times[-1]), self._find_share(times[0], state)
         self._refuse_branches(times[0], state)
@@ -719,7 +726,8 @@ class Dynamics:
         begin = partial(method, rates, rtol=tolerance, atol=1e-2 * tolerance)
         solver, states, passages = begin(times[0], state, times[-1]), [state], []
         resolution = TIME_RESOLUTION * np.abs(times[[0, -1]]).max()
-        signs = np.zeros(len(self.event_names))
+        names = [*self.event_names, *(self._sign_names if steps is not None else ())]
+        signs = np.zeros(len(names))
         with name_step(
             lambda: f"{self.file.name}: integrated {solver.t:.4g} s of {times[-1]:.4g} s"
         ):
@@ -730,8 +738,8 @@ class Dynamics:
                         f"{self.file.name}: the motion stops at {solver.t:.6g} s: {message}"
                     )
                 crossed, after = (
-                    self._find_passages(solver, signs, resolution)
-                    if self.event_names
+                    self._find_passages(solver, signs, resolution, names, share)
+                    if names
                     else ([], signs)
                 )
                 impact = next(
@@ -751,8 +759,9 @@ class Dynamics:
                 if impact is not None:  # what else happens later in the step is found again
                     end, crossed = impact.time, crossed[: crossed.index(impact) + 1]
                     changed = [passage.event for passage in crossed]
-                    after = np.where(np.isin(self.event_names, changed), after, signs)
-                    after[self.event_names.index(impact.event)] = 0.0
+                    after = np.where(np.isin(names, changed), after, signs)
+                    after[names.index(impact.event)] = 0.0
+                    after[len(self.event_names) :] = 0.0  # normal forces may be others after it
                 signs = after
                 passages += crossed
                 if steps is not None:
@@ -864,8 +873,18 @@ class Dynamics:
             entry["meaning"] for entry in self.formulas.sidecar["vectors"].get("events_outputs", ())
         ]
 
+    @cached_property
+    def _sign_names(self) -> list[str]:
+        """The names of the events at which normal forces that friction follows from change signs."""
+        return [f"sign of {name}" for name in self._pressing] if self._is_rubbing else []
+
     def _find_passages(
-        self, solver: scipy.integrate.OdeSolver, signs: Array, resolution: float
+        self,
+        solver: scipy.integrate.OdeSolver,
+        signs: Array,
+        resolution: float,
+        names: Sequence[str],
+        share: float,
     ) -> tuple[list[Passage], Array]:
         """Return the events of an integrator's last step by time, and the signs (e,) of their
         values after it.
@@ -875,21 +894,27 @@ class Dynamics:
         """
         state = solver.dense_output()
 
-        def evaluate(times: Array) -> Array:
-            return np.array(
-                list(
-                    self.formulas(
-                        "events", time=times, data=self.data_at(times), state=state(times)
-                    ).values()
-                )
-            )
+        def evaluate_events(times: Array) -> Array:
+            inputs = {"time": times, "data": self.data_at(times), "state": state(times)}
+            return np.array(list(self.formulas("events", **inputs).values()))
 
-        times = np.linspace(solver.t_old, solver.t, EVENT_SAMPLES + 1)
+        def evaluate_forces(times: Array) -> Array:
+            pairs = zip(times, state(times).T, strict=True)
+            return np.array([self.find_normal_forces(*pair, share) for pair in pairs]).T
+
+        rows, kinds = [], [(evaluate_events, EVENT_SAMPLES)] if self.event_names else []
+        if len(names) > len(self.event_names):
+            kinds.append((evaluate_forces, SIGN_SAMPLES))
+        for evaluate, parts in kinds:
+            times = np.linspace(solver.t_old, solver.t, parts + 1)
+            rows += [(evaluate, times, row, values) for row, values in enumerate(evaluate(times))]
         passages, after = [], signs.copy()
-        for index, values in enumerate(evaluate(times)):
+        for index, (evaluate, times, row, values) in enumerate(rows):
 
-            def value(time: float, index: int = index) -> float:
-                return float(evaluate(np.array([time]))[index, 0])
+            def value(
+                time: float, row: int = row, evaluate: Callable[[Array], Array] = evaluate
+            ) -> float:
+                return float(evaluate(np.array([time]))[row, 0])
 
             for start, end, is_rising in bracket_sign_changes(
                 value, times, values, float(signs[index]), GAP_TOLERANCE
@@ -898,10 +923,10 @@ class Dynamics:
                 time = (
                     start if is_over else scipy.optimize.brentq(value, start, end, xtol=resolution)
                 )
-                passages.append(Passage(self.event_names[index], float(time), is_rising))
-            if self.event_names[index] in self.impacts:
+                passages.append(Passage(names[index], float(time), is_rising))
+            if names[index] in self.impacts:
                 passages = [p for p in passages if p.event not in self.impacts or not p.rising]
-                self._refuse_closed(solver.t, self.event_names[index], values[-1], passages)
+                self._refuse_closed(solver.t, names[index], values[-1], passages)
             outside = values[np.abs(values) > GAP_TOLERANCE]
             if len(outside):
                 after[index] = np.sign(outside[-1])

@@ -62,7 +62,7 @@ class Motions:
         data = file.data()
         history = InputHistory(values={i: data[i : i + 1] for i in range(len(data))})
         self.dynamics = Dynamics(file, history)
-        self.model, self.span = DynamicsModel(Dynamics(file)), span
+        self.model, self.span = DynamicsModel(Dynamics(file), open_signs=True), span
         names = [entry["name"] for entry in file.entries]
         self.inputs = [names.index(variable.name) for variable in self.model.inputs]
         self.parameters = [names.index(variable.name) for variable in self.model.parameters]
@@ -89,28 +89,33 @@ class Motions:
 
     @cached_property
     def slopes_kernel(self) -> Kernel:
-        """(t, x, d) -> A (2k 2k,), F (2k v,) by all values, column by column, and x' (2k,)."""
-        t, x, d = self._symbols
+        """(t, x, signs, d) -> A (2k 2k,), F (2k v,) by all values, column by column, and x'
+        (2k,).
+        """
+        (t, x, d), signs = self._symbols, self._signs
         u, p = self.split(d)
-        a, b, f = self.model.f_jacobian(t, x, u, p)
+        a, b, f = self.model.f_jacobian(t, x, u, p, signs)
         by_values = ca.SX(x.numel(), d.numel())
         by_values[:, self.inputs], by_values[:, self.parameters] = b, f
-        outputs = [a, by_values, self.model.f(t, x, u, p)[0]]
+        outputs = [a, by_values, self.model.f(t, x, u, p, signs)[0]]
         outputs = ca.cse([ca.densify(ca.vec(part)) for part in outputs])
         function = ca.Function(
-            "motion_slopes", [t, x, d], outputs, ["t", "x", "d"], ["a", "f", "x_dot"]
+            "motion_slopes",
+            [t, x, signs, d],
+            outputs,
+            ["t", "x", "signs", "d"],
+            ["a", "f", "x_dot"],
         )
-        return Kernel(function, ["t", "x"])
+        return Kernel(function, ["t", "x", "signs"])
 
     @cached_property
     def rates_kernel(self) -> Kernel:
-        """(t, x, d) -> x' (2k,)."""
-        t, x, d = self._symbols
-        rates = self.model.f(t, x, *self.split(d))[0]
-        return Kernel(
-            ca.Function("motion_rates", [t, x, d], [ca.densify(rates)], ["t", "x", "d"], ["x_dot"]),
-            ["t", "x"],
-        )
+        """(t, x, signs, d) -> x' (2k,)."""
+        (t, x, d), signs = self._symbols, self._signs
+        rates = ca.densify(self.model.f(t, x, *self.split(d), signs)[0])
+        names = ["t", "x", "signs", "d"]
+        function = ca.Function("motion_rates", [t, x, signs, d], [rates], names, ["x_dot"])
+        return Kernel(function, ["t", "x", "signs"])
 
     @cached_property
     def events_slopes(self) -> ca.Function:
@@ -145,7 +150,7 @@ class Motions:
         """(t, x, d) -> slopes (c, 2k + v) of gaps and speeds that the constraints keep zero."""
         t, x, d = self._symbols
         u, p = self.split(d)
-        values = self.model.constraint_values(t, x, u, p)
+        values = self.model.constraint_values(t, x, u, p, self.model.start_signs)
         return ca.Function(
             "constraints", [t, x, d], [ca.densify(ca.jacobian(values, ca.vertcat(x, d)))]
         )
@@ -156,6 +161,10 @@ class Motions:
         d = self._symbols[2]
         start = self.dynamics.formulas.function("start")(d)
         return ca.Function("start_slopes", [d], [ca.densify(ca.jacobian(start, d))])
+
+    @cached_property
+    def _signs(self) -> ca.SX:
+        return ca.SX.sym("signs", len(self.model.start_signs))
 
     @cached_property
     def _symbols(self) -> tuple[ca.SX, ca.SX, ca.SX]:
@@ -208,6 +217,17 @@ class SensitiveMotion:
         last = np.searchsorted(self.arcs, arcs, side="right") - 1
         return np.clip(steps, np.minimum(first, len(self.steps) - 1), np.maximum(last, 0))
 
+    @cached_property
+    def signs(self) -> Array:
+        """Signs (f, s) of the normal forces that friction follows from, of each step."""
+        if not len(self.motions.model.start_signs):
+            return np.empty((0, len(self.steps)))
+        middles = self.starts + self.lengths / 2
+        states = self.states(middles, np.arange(len(self.steps)))
+        pairs = zip(middles, states.T, strict=True)
+        forces = [self.dynamics.find_normal_forces(time, state) for time, state in pairs]
+        return np.copysign(1.0, np.array(forces).T)
+
     def states(self, times: Array, steps: Integers) -> Array:
         """Return states (2k, n) at times in given steps."""
         states = np.empty((2 * self.dynamics.size, len(times)))
@@ -231,7 +251,8 @@ class SensitiveMotion:
         size, count = 2 * self.dynamics.size, len(self.steps)
         times = (self.starts[:, None] + self.lengths[:, None] * NODES).ravel()
         states = self.states(times, np.repeat(np.arange(count), STAGES))
-        parts = self.motions.slopes_kernel(t=times, x=states, d=self.d)
+        signs = np.repeat(self.signs, STAGES, axis=1)
+        parts = self.motions.slopes_kernel(t=times, x=states, signs=signs, d=self.d)
         a = parts["a"].T.reshape(count, STAGES, size, size).transpose(0, 1, 3, 2)
         by_values = parts["f"].T.reshape(count, STAGES, len(self.d), size)
         f = by_values[:, :, self.moved].transpose(0, 1, 3, 2)
@@ -261,8 +282,8 @@ class SensitiveMotion:
             moved = self.dynamics.accelerations(time, state)[0]
             if np.abs(moved - modelled).max() > AGREEMENT * (1.0 + np.abs(moved).max()):
                 raise ComputationError(
-                    f"{self.dynamics.file.name}: at {time:.6g} s a normal force of friction changes "
-                    f"its sign, or the constraints change their rank: there is no derivative"
+                    f"{self.dynamics.file.name}: at {time:.6g} s the constraints change their rank, "
+                    f"or normal forces of friction their signs twice at once: there is no derivative"
                 )
 
     def _find_start_slopes(self) -> Array:
@@ -288,6 +309,8 @@ class SensitiveMotion:
         """Return the derivatives (2k, p) after the events at the end of a step."""
         dynamics, names = self.dynamics, self.dynamics.event_names
         for passage in step.crossed:
+            if passage.event not in names:  # a sign of a normal force: rates do not jump
+                continue
             is_impact = passage.event in dynamics.impacts
             margin = 4 * abs(step.end - passage.time) + 1e-12 * self.motions.span
             times = passage.time + np.array([-margin, 0.0 if is_impact else margin])
@@ -481,6 +504,7 @@ class MotionResponse(MachineResponse):
             (passage.event, (passage.time - margin) / self._pace)
             for step in motion.steps
             for passage in step.crossed
+            if passage.event in motion.dynamics.event_names
         ]
 
     def compile(self) -> None:
@@ -510,11 +534,13 @@ class MotionResponse(MachineResponse):
         by states (m, 2k, n) and moved values (m, p, n), and where that is.
         """
         result, at = self._evaluate_at(self.state_slopes_kernel, point, phi, is_loose, arcs)
-        states = self.machine.states
-        shape = len(self.quantities), 1 + states + len(self.machine.moved), len(at.times)
+        states, symbols = len(at.states), self.machine.states
+        shape = len(self.quantities), 1 + symbols + len(self.machine.moved), len(at.times)
         slopes = result["slopes"].reshape(shape)
-        by_phi, by_state, by_design = np.split(slopes, [1, 1 + states], axis=1)
-        rates = self.motions.rates_kernel(t=at.times, x=at.states, d=point.d)["x_dot"]
+        by_phi, by_state, _, by_design = np.split(slopes, [1, 1 + states, 1 + symbols], axis=1)
+        signs = at.motion.signs[:, at.steps]
+        now = self.motions.rates_kernel(t=at.times, x=at.states, signs=signs, d=point.d)
+        rates = now["x_dot"]
         first = by_phi[:, 0] + np.einsum("mkn,kn->mn", by_state, rates * self._pace)
         return result["rows"], first, by_state, by_design, at
 
@@ -533,7 +559,8 @@ class MotionResponse(MachineResponse):
             (lambda **inputs: kernel.masked(**inputs)[0]) if is_loose else kernel
         )
         states = motion.states(times, steps)
-        result = call(phi=times / self._pace, d=point.d, h=point.h, q=states)
+        q = np.vstack([states, motion.signs[:, steps]])
+        result = call(phi=times / self._pace, d=point.d, h=point.h, q=q)
         return result, _Sampled(motion, times, steps, states)
 
     @cached_property

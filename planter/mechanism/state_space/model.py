@@ -70,12 +70,17 @@ class DynamicsModel:
     g'' + 2 c g' + c^2 g = 0 and s' + c s = 0 (Baumgarte, Computer Methods in Applied Mechanics and
     Engineering 1, 1972): for integrators that do not project on the constraints.
 
-    Signs of normal forces that friction follows from are those of the start: where such a force,
-    an output, changes its sign, another model holds.
+    Signs of normal forces that friction follows from are those of the start: where the output
+    `size_NAME` of such a force falls below zero, another model holds. With `open_signs` the
+    functions have these `signs` (f,) as their last argument.
     """
 
     def __init__(
-        self, dynamics: Dynamics, inputs: Sequence[str] = (), stabilise: float = 0.0
+        self,
+        dynamics: Dynamics,
+        inputs: Sequence[str] = (),
+        stabilise: float = 0.0,
+        open_signs: bool = False,
     ) -> None:
         self.dynamics, self.name, self.stabilise = dynamics, dynamics.file.name, stabilise
         formulas = dynamics.formulas
@@ -106,6 +111,10 @@ class DynamicsModel:
         data = ca.vertcat(*(packed[entry["name"]] for entry in entries))
         self.equations = MotionEquations(formulas, data)
         self._choice = _Choice(dynamics, self.equations, self.start)
+        pressing = [self.equations.actions.index(name) for name in self.equations.pressing]
+        self.start_signs = self._choice.signs[pressing]
+        self._signs = ca.SX.sym("signs", len(pressing)) if open_signs else ca.SX(self.start_signs)
+        self._opened = [self._signs] if open_signs else []
 
     def _find_entry(self, name: str, entries: Sequence[dict[str, Any]]) -> str:
         for entry in entries:
@@ -129,11 +138,18 @@ class DynamicsModel:
 
     @cached_property
     def outputs(self) -> list[DynamicsVariable]:
-        """Reports, reactions that the balances determine, energies, and values of events."""
+        """Reports, reactions that the balances determine, energies, sizes of forces whose signs are
+        those of the start, and values of events.
+        """
         vectors = self.equations.formulas.sidecar["vectors"]
-        entries = [*vectors["outputs"], *vectors.get("events_outputs", ())]
+        sizes = [
+            entry | {"meaning": f"{entry['meaning']}, negative where its sign is not the start's"}
+            for entry in vectors.get("sizes", ())
+            if entry["name"].removeprefix("size_") not in self._choice.undetermined
+        ]
+        entries = [*vectors["outputs"], *sizes, *vectors.get("events_outputs", ())]
         determined = [entry for entry in entries if entry["name"] not in self._choice.undetermined]
-        values = self.y(0.0, self.start, self.u, self.p)
+        values = self._call(self.y, 0.0, self.start, None, None)
         return [
             _describe(entry, float(value))
             for entry, value in zip(determined, np.array(values)[:, 0], strict=True)
@@ -189,7 +205,8 @@ class DynamicsModel:
     def _call(
         self, function: ca.Function, t: float, x: Array, u: Array | None, p: Array | None
     ) -> Any:
-        return function(t, x, self.u if u is None else u, self.p if p is None else p)
+        signs = [self.start_signs] if self._opened else []
+        return function(t, x, self.u if u is None else u, self.p if p is None else p, *signs)
 
     # --- functions -------------------------------------------------------------------------------
 
@@ -234,8 +251,8 @@ class DynamicsModel:
         slopes = ca.densify(ca.vertcat(upper, self._slopes["a"]))
         gradient = slopes.T @ weights
         change = ca.jtimes(gradient, self._symbols, direction)
-        symbols = [*self._arguments, weights, direction]
-        names = [*ARGUMENTS, "weights", "direction"]
+        symbols = [*self._arguments[:4], weights, direction, *self._opened]
+        names = [*ARGUMENTS, "weights", "direction", *(["signs"] if self._opened else [])]
         return ca.Function("curvature", symbols, [ca.cse(change)], names, ["curvature"])
 
     @cached_property
@@ -252,16 +269,17 @@ class DynamicsModel:
 
     @property
     def _arguments(self) -> list[ca.SX]:
-        return [self.equations.time, self.equations.state, self._u, self._p]
+        return [self.equations.time, self.equations.state, self._u, self._p, *self._opened]
 
     @property
     def _symbols(self) -> ca.SX:
         """State, inputs and parameters: what derivatives are by."""
-        return ca.vertcat(*self._arguments[1:])
+        return ca.vertcat(self.equations.state, self._u, self._p)
 
     def _build(self, name: str, outputs: dict[str, ca.SX]) -> ca.Function:
         graphs = ca.cse(list(outputs.values()))
-        return ca.Function(name, self._arguments, graphs, ARGUMENTS, list(outputs))
+        names = [*ARGUMENTS, *(["signs"] if self._opened else [])]
+        return ca.Function(name, self._arguments, graphs, names, list(outputs))
 
     def _split(self, slopes: ca.SX) -> list[ca.SX]:
         ends = np.cumsum([0, self.equations.state.numel(), self._u.numel(), self._p.numel()])
@@ -270,7 +288,7 @@ class DynamicsModel:
 
     @cached_property
     def _motion(self) -> _Motion:
-        return _Motion(self.equations, self._choice, self.stabilise)
+        return _Motion(self.equations, self._choice, self._signs, self.stabilise)
 
     @cached_property
     def _slopes(self) -> dict[str, ca.SX]:
@@ -290,7 +308,8 @@ class DynamicsModel:
         names = equations.outputs("lane")
         rows = [k for k, name in enumerate(names) if name not in self._choice.undetermined]
         events = equations.evaluate("events") if equations.outputs("events") else ca.SX(0, 1)
-        return ca.vertcat(values[rows], events)
+        sizes = [k for k, n in enumerate(equations.pressing) if n not in self._choice.undetermined]
+        return ca.vertcat(values[rows], motion.sizes[sizes], events)
 
 
 def _describe(
@@ -364,7 +383,9 @@ class _Motion:
     `symbols` stand for them, `values` are graphs of time, state and data.
     """
 
-    def __init__(self, equations: MotionEquations, choice: _Choice, stabilise: float = 0.0) -> None:
+    def __init__(
+        self, equations: MotionEquations, choice: _Choice, signs: ca.SX, stabilise: float = 0.0
+    ) -> None:
         rows = choice.rows.tolist()
         bends = _stabilise(equations, stabilise)[rows, :]
         slopes = equations.slopes[rows, :]
@@ -374,7 +395,7 @@ class _Motion:
         self.actions = ca.SX.zeros(len(equations.actions))
         self.actions[choice.actions.tolist()] = r
         pressing = [equations.actions.index(name) for name in equations.pressing]
-        self.sizes = ca.DM(choice.signs[pressing]) * self.actions[pressing]
+        self.sizes = signs * self.actions[pressing]
         residual = equations.evaluate("residual", accelerations=a, sizes=self.sizes)
         self._residuals = [residual - slopes.T @ multipliers, slopes @ a - bends]
         if equations.actions:
