@@ -765,7 +765,7 @@ class Dynamics:
                 signs = after
                 passages += crossed
                 if steps is not None:
-                    steps.append(MotionStep(solver.t_old, end, dense, crossed))
+                    _add_step(steps, MotionStep(solver.t_old, end, dense, crossed), resolution)
                 passed = times[len(states) :][times[len(states) :] <= end]
                 states += [self.project(time, dense(time), share) for time in passed]
                 at = self.project(end, dense(end) if impact else solver.y, share)
@@ -976,6 +976,19 @@ class Dynamics:
             if minimum_norm or name not in undetermined
         }
         return MotionRun(times, states, accelerations, results, undetermined, tuple(passages))
+
+
+def _add_step(steps: list[MotionStep], step: MotionStep, resolution: float) -> None:
+    """Add a step to those before it; events at its start are those of the end of the last one.
+
+    Within the tolerance of its value an event is told by the step that begins at it.
+    """
+    begun = [passage for passage in step.crossed if passage.time <= step.start + 2 * resolution]
+    if begun and steps:
+        steps[-1] = replace(steps[-1], crossed=[*steps[-1].crossed, *begun])
+    if step.end > step.start + 2 * resolution or not begun:
+        later = [passage for passage in step.crossed if passage not in begun]
+        steps.append(replace(step, crossed=later))
 
 
 class _Pace:
