@@ -79,12 +79,17 @@ class DynamicsModel:
     g'' + 2 c g' + c^2 g = 0 and s' + c s = 0 (Baumgarte, Computer Methods in Applied Mechanics and
     Engineering 1, 1972): for integrators that do not project on the constraints.
 
-    Signs of normal forces that friction follows from are those of the start: where such a force,
-    an output, changes its sign, another model holds.
+    Signs of normal forces that friction follows from are those of the start: where the output
+    `size_NAME` of such a force falls below zero, another model holds. With `open_signs` the
+    functions have these `signs` (f,) as their last argument.
     """
 
     def __init__(
-        self, dynamics: Dynamics, inputs: Sequence[str] = (), stabilise: float = 0.0
+        self,
+        dynamics: Dynamics,
+        inputs: Sequence[str] = (),
+        stabilise: float = 0.0,
+        open_signs: bool = False,
     ) -> None:
         self.dynamics, self.name, self.stabilise = dynamics, dynamics.file.name, stabilise
         formulas = dynamics.formulas
@@ -116,6 +121,10 @@ class DynamicsModel:
         self.equations = MotionEquations(formulas, data)
         self._choice = _Choice(dynamics, self.equations, self.start)
         self._calls: dict[str, VectorFunction] = {}
+        pressing = [self.equations.actions.index(name) for name in self.equations.pressing]
+        self.start_signs = self._choice.signs[pressing]
+        self._signs = ca.SX.sym("signs", len(pressing)) if open_signs else ca.SX(self.start_signs)
+        self._opened = [self._signs] if open_signs else []
 
     def _find_entry(self, name: str, entries: Sequence[dict[str, Any]]) -> str:
         for entry in entries:
@@ -139,18 +148,23 @@ class DynamicsModel:
 
     @cached_property
     def outputs(self) -> list[DynamicsVariable]:
-        """Reports, reactions that the balances determine, energies, the pivot if it changes, and
-        values of events.
+        """Reports, reactions that the balances determine, energies, sizes of forces whose signs are
+        those of the start, the pivot if it changes, and values of events.
         """
         vectors = self.equations.formulas.sidecar["vectors"]
-        undetermined = self._choice.undetermined
-        determined = [entry for entry in vectors["outputs"] if entry["name"] not in undetermined]
+        sizes = [
+            entry | {"meaning": f"{entry['meaning']}, negative where its sign is not the start's"}
+            for entry in vectors.get("sizes", ())
+            if entry["name"].removeprefix("size_") not in self._choice.undetermined
+        ]
+        entries = [*vectors["outputs"], *sizes]
+        determined = [entry for entry in entries if entry["name"] not in self._choice.undetermined]
         names = {variable.name for variable in (*self.states, *self.inputs, *self.parameters)}
         names |= {entry["name"] for entry in determined}
         if self.has_pivot:
             determined.append(_PIVOT_ENTRY | {"name": PIVOT + "_" * (PIVOT in names)})
         determined += vectors.get("events_outputs", ())
-        values = self.y(0.0, self.start, self.u, self.p)
+        values = self._call("y", 0.0, self.start, None, None)[0]
         return [
             _describe(entry, float(value))
             for entry, value in zip(determined, np.array(values)[:, 0], strict=True)
@@ -208,7 +222,9 @@ class DynamicsModel:
     ) -> list[Array]:
         if function not in self._calls:
             self._calls[function] = VectorFunction(getattr(self, function))
-        return self._calls[function](t, x, self.u if u is None else u, self.p if p is None else p)
+        signs = [self.start_signs] if self._opened else []
+        values = self.u if u is None else u, self.p if p is None else p
+        return self._calls[function](t, x, *values, *signs)
 
     @cached_property
     def least_pivot(self) -> float:
@@ -263,8 +279,8 @@ class DynamicsModel:
         slopes = ca.densify(ca.vertcat(upper, self._slopes["a"]))
         gradient = slopes.T @ weights
         change = ca.jtimes(gradient, self._symbols, direction)
-        symbols = [*self._arguments, weights, direction]
-        names = [*ARGUMENTS, "weights", "direction"]
+        symbols = [*self._arguments[:4], weights, direction, *self._opened]
+        names = [*ARGUMENTS, "weights", "direction", *(["signs"] if self._opened else [])]
         return ca.Function("curvature", symbols, [ca.cse(change)], names, ["curvature"])
 
     @cached_property
@@ -281,16 +297,17 @@ class DynamicsModel:
 
     @property
     def _arguments(self) -> list[ca.SX]:
-        return [self.equations.time, self.equations.state, self._u, self._p]
+        return [self.equations.time, self.equations.state, self._u, self._p, *self._opened]
 
     @property
     def _symbols(self) -> ca.SX:
         """State, inputs and parameters: what derivatives are by."""
-        return ca.vertcat(*self._arguments[1:])
+        return ca.vertcat(self.equations.state, self._u, self._p)
 
     def _build(self, name: str, outputs: dict[str, ca.SX]) -> ca.Function:
         graphs = ca.cse(list(outputs.values()))
-        return ca.Function(name, self._arguments, graphs, ARGUMENTS, list(outputs))
+        names = [*ARGUMENTS, *(["signs"] if self._opened else [])]
+        return ca.Function(name, self._arguments, graphs, names, list(outputs))
 
     def _split(self, slopes: ca.SX) -> list[ca.SX]:
         ends = np.cumsum([0, self.equations.state.numel(), self._u.numel(), self._p.numel()])
@@ -299,7 +316,7 @@ class DynamicsModel:
 
     @cached_property
     def _motion(self) -> _Motion:
-        return _Motion(self.equations, self._choice, self.stabilise)
+        return _Motion(self.equations, self._choice, self._signs, self.stabilise)
 
     @cached_property
     def _slopes(self) -> dict[str, ca.SX]:
@@ -319,8 +336,9 @@ class DynamicsModel:
         names = equations.outputs("lane")
         rows = [k for k, name in enumerate(names) if name not in self._choice.undetermined]
         events = equations.evaluate("events") if equations.outputs("events") else ca.SX(0, 1)
-        pivot = self._motion.pivot if self.has_pivot else ca.SX(0, 1)
-        return ca.vertcat(values[rows], pivot, events)
+        sizes = [k for k, n in enumerate(equations.pressing) if n not in self._choice.undetermined]
+        pivot = motion.pivot if self.has_pivot else ca.SX(0, 1)
+        return ca.vertcat(values[rows], motion.sizes[sizes], pivot, events)
 
 
 _PIVOT_ENTRY = {
@@ -401,7 +419,9 @@ class _Motion:
     `symbols` stand for them, `values` are graphs of time, state and data.
     """
 
-    def __init__(self, equations: MotionEquations, choice: _Choice, stabilise: float = 0.0) -> None:
+    def __init__(
+        self, equations: MotionEquations, choice: _Choice, signs: ca.SX, stabilise: float = 0.0
+    ) -> None:
         rows = choice.rows.tolist()
         bends = _stabilise(equations, stabilise)[rows, :]
         slopes = equations.slopes[rows, :]
@@ -411,7 +431,7 @@ class _Motion:
         self.actions = ca.SX.zeros(len(equations.actions))
         self.actions[choice.actions.tolist()] = r
         pressing = [equations.actions.index(name) for name in equations.pressing]
-        self.sizes = ca.DM(choice.signs[pressing]) * self.actions[pressing]
+        self.sizes = signs * self.actions[pressing]
         residual = equations.evaluate("residual", accelerations=a, sizes=self.sizes)
         self._residuals = [residual - slopes.T @ multipliers, slopes @ a - bends]
         if equations.actions:
