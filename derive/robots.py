@@ -168,8 +168,8 @@ def _read_numbers(
     except ValueError:
         numbers = []
     if len(numbers) != count or not all(map(math.isfinite, numbers)):
-        wanted = "a number" if count == 1 else f"{count} numbers"
-        raise RobotError(f'{where}: {key}="{text}": it must be {wanted}')
+        allowed = "a number" if count == 1 else f"{count} numbers"
+        raise RobotError(f'{where}: {key}="{text}": it must be {allowed}')
     return numbers
 
 

@@ -20,7 +20,6 @@ from planter.cli.results import (
     MachineComparison,
 )
 from planter.engine.goal import (
-    TIME,
     evaluate_measure,
     evaluate_measures,
     extend_span,
@@ -29,7 +28,7 @@ from planter.engine.goal import (
     resolve_measure,
 )
 from planter.engine.machine import load_machine
-from planter.engine.measures import Kind, Limit, Measure, parse_limit
+from planter.engine.measures import TIME, Kind, Limit, Measure, parse_limit
 from planter.engine.response import open_response
 from planter.engine.rows import MachineRows
 from planter.engine.summary import ROUNDING, QuantityPeak

@@ -19,7 +19,6 @@ import numpy as np
 from planter import paths
 from planter.engine.cycles import Cycles, CycleTerm, Memory, build_cycles
 from planter.engine.goal import (
-    TIME,
     Goal,
     bound_measure,
     extend_span,
@@ -28,7 +27,7 @@ from planter.engine.goal import (
     resolve_measure,
 )
 from planter.engine.machine import HasMachine, Machine, Quantity, to_machine
-from planter.engine.measures import AVERAGES, Kind, Measure, parse_measure
+from planter.engine.measures import AVERAGES, TIME, Kind, Measure, parse_measure
 from planter.engine.response import open_response
 from planter.engine.rows import MachineRows, SampleBlock
 from planter.engine.solvers.objective import find_hessian

@@ -15,7 +15,7 @@ _LANES = {"turned_sin": "sin", "turned_cos": "cos", "whole_floor": "floor"}
 
 
 @dataclass(frozen=True)
-class Dialect:
+class OperationDialect:
     """`select` has a condition and two values, `statement` a name and a value; `call` stands before
     the names of functions, of which `names` has those that differ.
     """
@@ -46,8 +46,10 @@ class Dialect:
         return self.statement.format(assignment.name, value)
 
 
-RUST = Dialect("(if {0} {{ {1} }} else {{ {2} }})", "libm::", "    let {0}: f64 = {1};", _LANES)
-JAX = Dialect(
+RUST = OperationDialect(
+    "(if {0} {{ {1} }} else {{ {2} }})", "libm::", "    let {0}: f64 = {1};", _LANES
+)
+JAX = OperationDialect(
     "jnp.where({0}, {1}, {2})",
     "jnp.",
     "    {0} = {1}",

@@ -143,7 +143,7 @@ def _print_c(name: str, label: str, function: ca.Function) -> str:
     )
 
 
-# --- Rust -------------------------------------------------------------------------------------------
+# --- Rust ----------------------------------------------------------------------------------------
 
 _LIBM_ARGUMENTS = {"pow": 2, "atan2": 2, "fmin": 2, "fmax": 2, "copysign": 2, "hypot": 2, "fmod": 2}
 
@@ -157,7 +157,7 @@ def build_rust_files(model: DynamicsModel) -> dict[str, str]:
         described += _describe_variables(symbol, variables)
     used = sorted(set(re.findall(r"libm::(\w+)\(", body)))
     lines = [
-        f"//! The dynamics of {to_plain(model.name)}: x' = f(t, x, u, p), y = g(t, x, u, p), SI and radians.",
+        f"//! The dynamics of {to_plain(model.name)}: x' = f(t, x, u, p), y = g(t, x, u, p), in SI.",
         "//!",
         f"//! Written by planter {__version__}; do not edit. Matrices are row by row.",
         *(f"//! {line}" for line in described),

@@ -26,8 +26,8 @@ HELPERS = '''def _unify(*parts):
 
 
 def _guard(function, x, low, high):
-    """Return values of a function, at its nearest end and without a slope where it has none: jax.grad
-    multiplies slopes of branches that do not hold by 0, which must not be NaN.
+    """Return values of a function; outside of its range that of the nearest end, without a slope:
+    jax.grad multiplies slopes of branches that do not hold by 0, which must not be NaN.
     """
     inside = (low < x) & (x < high)
     end = function(lax.stop_gradient(jnp.clip(x, low, high)))
@@ -62,7 +62,7 @@ _GUARDED = [OPERATIONS[code] for code in (ca.OP_SQRT, ca.OP_LOG, ca.OP_ASIN, ca.
 
 
 def guard_branches(graph: LaneGraph) -> LaneGraph:
-    """Return a graph whose branches have values where they do not hold, so that slopes are right."""
+    """Return a graph whose branches have values also where they do not hold."""
     users: dict[str, list[Assignment]] = {}
     for assignment in graph.assignments:
         for name in assignment.arguments:
@@ -118,11 +118,11 @@ class JaxPrinter:
                 number += 1
         results = []
         for name in self.function.name_out():
-            values = [self.find(s.value) for s in self.graph.stores if s.place.name == name]
-            results.append(take(values[0]) if name == "pivot" else gather(values))
+            values = [self.find_value(s.value) for s in self.graph.stores if s.place.name == name]
+            results.append(print_value(values[0]) if name == "pivot" else print_array(values))
         return "\n".join([*lines, f"    return {', '.join(results)}", "", ""])
 
-    def find(self, name: str) -> Value:
+    def find_value(self, name: str) -> Value:
         """Return the value of a name; a constant is its own."""
         places = self.finder.places
         return self.values[places[name]] if name in places else (name, None)
@@ -130,16 +130,16 @@ class JaxPrinter:
     def _print_assignment(self, number: int) -> str:
         assignment = self.graph.assignments[number]
         self.values[number] = (assignment.name, None)
-        arguments = [take(self.find(name)) for name in assignment.arguments]
+        arguments = [print_value(self.find_value(name)) for name in assignment.arguments]
         return JAX.assign(assignment, arguments)
 
 
-def take(value: Value) -> str:
+def print_value(value: Value) -> str:
     """Return the text of a value."""
     return value[0] if value[1] is None else f"{value[0]}[{value[1]}]"
 
 
-def gather(values: Sequence[Value]) -> str:
+def print_array(values: Sequence[Value]) -> str:
     """Return the text of an array of values; neighbours of one array are taken together."""
     parts = []
     for is_scalar, group in itertools.groupby(values, key=lambda value: value[1] is None):
@@ -161,7 +161,7 @@ def _index(places: Sequence[int]) -> str:
     return f"[jnp.array({list(places)})]"
 
 
-def _join(names: Iterable[str]) -> str:
+def _print_tuple(names: Iterable[str]) -> str:
     """Return a tuple."""
     return "(" + "".join(f"{name}, " for name in names).rstrip() + ")"
 
@@ -192,8 +192,8 @@ class _Block:
         """Return the text of an argument from its names in all blocks."""
         places, loop = self.printer.finder.places, self.loop
         if names[-1] not in places or places[names[-1]] < loop.first:
-            values = tuple(self.printer.find(name) for name in names)
-            return take(values[0]) if len(set(values)) == 1 else self._print_row(values)
+            values = tuple(self.printer.find_value(name) for name in names)
+            return print_value(values[0]) if len(set(values)) == 1 else self._print_row(values)
         place = places[names[0]]
         distance = max(0, -((place - loop.first) // loop.period))
         place += distance * loop.period
@@ -216,7 +216,7 @@ class _Block:
         offsets = [offset for offset in range(loop.period) if self._is_used_behind(offset)]
         names = [self._name(loop.first + offset) for offset in offsets]
         arrays = [f"{name}_all" for name in names]
-        inputs = {row: gather(values) for values, row in self.rows.items()}
+        inputs = {row: print_array(values) for values, row in self.rows.items()}
         if self.carried:
             yield from self._print_scan(names, arrays, inputs)
         else:
@@ -240,14 +240,15 @@ class _Block:
         for place, steps in self.carried:
             moved.append(self._name(place) if steps == 1 else self.carried[place, steps - 1])
             start = self.printer.values[place - steps * loop.period]
-            starts.append(f"jnp.asarray({take(start)}, x.dtype)")
+            starts.append(f"jnp.asarray({print_value(start)}, x.dtype)")
         yield f"    def step{loop.first}(carried, rows):"
-        yield f"        {_join(self.carried.values())} = carried"
-        yield f"        {_join(inputs)} = rows" if inputs else "        del rows"
+        yield f"        {_print_tuple(self.carried.values())} = carried"
+        yield f"        {_print_tuple(inputs)} = rows" if inputs else "        del rows"
         yield from (f"    {line}" for line in self.lines)
-        yield f"        return {_join(moved)}, {_join(names)}"
-        yield f"    start = {_join(starts)}"
+        yield f"        return {_print_tuple(moved)}, {_print_tuple(names)}"
+        yield f"    start = {_print_tuple(starts)}"
         yield "    rows = (" if inputs else "    rows = None"
         yield from (f"        {text}," for text in inputs.values())
         yield from ["    )"] * bool(inputs)
-        yield f"    _, {_join(arrays)} = lax.scan(step{loop.first}, start, rows, {loop.count})"
+        results = _print_tuple(arrays)
+        yield f"    _, {results} = lax.scan(step{loop.first}, start, rows, {loop.count})"

@@ -95,10 +95,10 @@ def model(system: System, functions: Sequence[Emitted]) -> str:
             describe_vectors(system.inputs),
         )
     )
-    return f'"""{_escape(docstring)}\n"""\n\n{_imports(builders)}\n\n\n{builders}\n'
+    return f'"""{_escape_docstring(docstring)}\n"""\n\n{_imports(builders)}\n\n\n{builders}\n'
 
 
-def _escape(text: str) -> str:
+def _escape_docstring(text: str) -> str:
     """Return a text for a docstring."""
     return text.replace("\\", r"\\").replace('"""', "'''")
 
@@ -120,7 +120,7 @@ def _builder(function: Emitted) -> str:
     return f'''def {function.name}({signature}) -> Function:
     """{function.output.name}, {len(function.output)} entries:
 
-{textwrap.indent(_escape(describe_vectors([function.output])), "    ")}
+{textwrap.indent(_escape_docstring(describe_vectors([function.output])), "    ")}
     """
 {_declared(function, _length)}
 {function.body(CASADI)}

@@ -35,8 +35,8 @@ PIVOT = "pivot"
 from leaving the motion undetermined; `pivot_` where the statement has this name.
 """
 PIVOT_SHARE = 1e-4
-"""Share of the pivot at the start below which exports warn: some four digits are lost there, and the
-motion may leave the branch that it is on.
+"""Share of the pivot at the start below which exports warn: some four digits are lost there, and
+the motion may leave the branch that it is on.
 """
 
 

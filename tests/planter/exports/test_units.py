@@ -314,7 +314,7 @@ def test_wrong_starts_are_told_and_leave_the_unit_usable(version: str) -> None:
 @needs_compiler
 @both_versions
 def test_unit_ends_in_the_middle_and_begins_anew(version: str) -> None:
-    """A step after the end is refused; after a reset all is as at first, beside another instance."""
+    """A step after the end is refused; a reset brings the start back; another instance is apart."""
     with running("cart", version, F=3.0) as instance, running("cart", version) as other:
         before = instance.get("s", "F", "der(s_dot)")
         instance.raw.doStep(0.0, 0.1)

@@ -367,14 +367,14 @@ def find_jax_error(subject: DynamicsModel, module: dict[str, Any]) -> float:
     rng, worst = np.random.default_rng(6), 0.0
     for _ in range(3):
         state = subject.start + 0.3 * rng.standard_normal(len(subject.start))
-        for found, expected in (
+        for values, expected in (
             (module["rates"](0.0, state, subject.u, subject.p)[0], subject.rates(0.0, state)),
             (
                 module["outputs_at"](0.0, state, subject.u, subject.p),
                 subject.outputs_at(0.0, state),
             ),
         ):
-            worst = max(worst, np.abs(found - expected).max() / np.abs(expected).max())
+            worst = max(worst, np.abs(values - expected).max() / np.abs(expected).max())
     return worst
 
 
