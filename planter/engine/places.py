@@ -73,7 +73,7 @@ class NodePlace:
 
 
 class PlaceFinder(Protocol):
-    """What finds the place of a measure at a design."""
+    """Search for the place of a measure at a design."""
 
     def find(self, point: DesignPoint) -> NodePlace:
         """Return the place at a design. Raises ComputationError if there is none, or none that has
