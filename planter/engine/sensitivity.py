@@ -144,7 +144,8 @@ def _list_curves(machine: Machine, measure: Measure) -> list[str]:
     """Return the names of the quantities that a measure depends on, its place too: of an event the
     states.
     """
-    where, places = measure.where, ()
+    where = measure.where
+    places: Sequence[str] = ()
     if isinstance(where, EventTime) and machine.motion is not None:
         places = machine.motion.motions.dynamics.names
     elif isinstance(where, Crossing | SettlingBand):
