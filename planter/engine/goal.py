@@ -154,7 +154,7 @@ def resolve_limit(machine: Machine, limit: Limit) -> Limit:
     return _convert(machine, replace(limit, measure=measure), display)
 
 
-Bound = TypeVar("Bound", Limit, MeasureCondition, Crossing, SettlingBand)
+Bound = TypeVar("Bound", bound=Limit | MeasureCondition | Crossing | SettlingBand)
 
 
 def find_display_unit(machine: Machine, measure: Measure) -> Unit:

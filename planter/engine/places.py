@@ -51,13 +51,14 @@ class NodePlace:
     def differentiate(self, point: DesignPoint) -> tuple[float, Array]:
         """Return the derivatives of the function, G_phi and G_x (p,)."""
         assert self.response is not None
-        rise, *rest = self._slope(point, self.angle)
+        slopes = self._slope(point, self.angle)
         if self.reference is not None:
-            rest = np.array(rest) - self._slope(point, self.reference)[1:]
-        return float(rise), np.array(rest)
+            slopes[1:] -= self._slope(point, self.reference)[1:]
+        return float(slopes[0]), slopes[1:]
 
     def _slope(self, point: DesignPoint, angle: Array) -> Array:
         assert self.response is not None
+        assert self.weights is not None
         slopes: Array = self.weights @ self.response.slopes(point, angle)[1][:, 0]
         return slopes
 
@@ -73,7 +74,7 @@ class NodePlace:
 
 
 class PlaceFinder(Protocol):
-    """What finds the place of a measure at a design."""
+    """Search for the place of a measure at a design."""
 
     def find(self, point: DesignPoint) -> NodePlace:
         """Return the place at a design. Raises ComputationError if there is none, or none that has
@@ -245,7 +246,8 @@ class _SettlingFinder:
             return NodePlace(np.array([span.first]))
         if passage.is_jump:
             events = self._response.list_passages(point)
-            name, angle = min(events, key=lambda event: abs(event[1] - passage.angle))
+            jump = passage.angle
+            name, angle = min(events, key=lambda event: abs(event[1] - jump))
             return _open_event(self._events, name, angle)
         place = NodePlace(np.array([passage.angle]), self._response, np.ones(1), end)
         _refuse_tangent(place, point, passage.size, f"{span.machine.name}: {self._where}", span)

@@ -157,6 +157,45 @@ def test_without_the_jump_at_a_contact_the_gradient_is_wrong(
     assert np.abs(goal.slope(x) / differentiate(goal, x) - 1).max() > 1e-3
 
 
+WHIRLED = RUBBING.replace("m.rate(a): 1.1", "m.rate(a): 18")
+"""The rod whirls so fast that it lifts the slider from its guide to the other side."""
+
+
+def test_gradient_through_a_change_of_sign_of_a_normal_force() -> None:
+    """Of a state, and of an output that has the sign itself."""
+    machine = free_machine(WHIRLED, "m_r mu")
+    goal = build_goal(machine, "s at 0.15 s + 0.1 N_floor at 0.15 s")
+    x = goal.machine.design
+    expected = differentiate(goal, x, 1e-3)
+    assert goal.slope(x) == pytest.approx(expected, rel=1e-6, abs=1e-6 * np.abs(expected).max())
+    assert goal.machine.motion is not None
+    motion = goal.machine.motion.motions.find(machine.build_data(x), machine.moved)
+    events = [passage for step in motion.steps for passage in step.crossed]
+    assert [passage.event for passage in events][:1] == ["sign of N_floor"]
+    assert [motion.signs[0, 0], motion.signs[0, motion.arcs.tolist().index(1)]] == [1.0, -1.0]
+
+
+def test_signs_of_the_start_alone_give_another_gradient(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The tampered case, which the comparison of accelerations refuses."""
+    from planter.mechanism.motion_response import SensitiveMotion
+
+    monkeypatch.setattr(SensitiveMotion, "signs", property(lambda m: np.ones((1, len(m.steps)))))
+    goal = build_goal(free_machine(WHIRLED, "mu"), "s at 0.15 s")
+    with pytest.raises(errors.ComputationError, match=r"own: at 0\.\d+ s"):
+        goal.slope(goal.machine.design)
+
+
+def test_gradient_through_slow_contacts_of_an_example() -> None:
+    """The rattling gears meet at speeds whose product with the tolerance of time is tiny."""
+    text = (Path(__file__).parents[3] / "docs/examples/gear_rattle.py").read_text("utf-8")
+    goal = build_goal(
+        free_machine(text.replace('"gear_rattle"', '"own"'), "T b"), "a_2_dot at 0.004 s"
+    )
+    x = goal.machine.design
+    expected = differentiate(goal, x)
+    assert goal.slope(x) == pytest.approx(expected, rel=1e-6, abs=1e-6 * np.abs(expected).max())
+
+
 def test_a_pose_in_which_constraints_change_their_rank_is_told_with_its_time() -> None:
     goal = build_goal(free_machine(CRANKS, "r T"), "a0 at 0.8 s")
     with pytest.raises(errors.ComputationError, match=r"0\.5\d+ s"):

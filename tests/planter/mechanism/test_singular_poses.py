@@ -19,9 +19,9 @@ def test_flat_pose_is_passed_on_the_same_branch(text: str, tolerance: float) -> 
     """Cranks stay parallel, the coupler level, and the drive's work is the change of energy."""
     dynamics = Dynamics(own.file(text, "own"))
     motion = dynamics.run(np.linspace(0.0, 4.0, 201), tolerance)
-    first, *others, coupler = motion.states[: dynamics.size]
+    first, *further, coupler = motion.states[: dynamics.size]
     assert first.max() > 0.5 > -0.5 > first.min()
-    assert np.abs(np.array(others) - first).max() < 1e-5
+    assert np.abs(np.array(further) - first).max() < 1e-5
     assert np.abs(coupler).max() < 1e-5
     energy = motion.results["kinetic"] + motion.results["potential"]
     assert np.ptp(energy - 2 * first) < max(1e3 * tolerance, 1e-6)

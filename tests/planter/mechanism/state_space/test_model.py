@@ -125,6 +125,19 @@ def test_outputs_are_reactions_and_reports() -> None:
         assert values[name] == pytest.approx(action, rel=1e-10)
 
 
+def test_size_of_a_normal_force_tells_where_its_sign_is_another() -> None:
+    subject = model("rubbing")
+    row = [variable.name for variable in subject.outputs].index("size_N_floor")
+    whirled = np.array([0.0, np.pi / 2, 0.3, 18.0])  # upright, where the rod lifts the slider
+    for state, sign in ((subject.start, 1.0), (whirled, -1.0)):
+        force = subject.dynamics.find_normal_forces(0.0, state)[0]
+        size = subject.outputs_at(0.0, state)[row]
+        assert np.sign(force) == np.sign(size) == sign
+    assert subject.outputs_at(0.0, subject.start)[row] == pytest.approx(
+        subject.dynamics.find_sizes(0.0, subject.start)[0], rel=1e-10
+    )
+
+
 def test_curvature_is_the_slope_of_the_gradient() -> None:
     subject, rng = model("cart"), np.random.default_rng(2)
     state = draw_states("cart", 1)[0]
