@@ -16,7 +16,9 @@ RANDOM = np.random.default_rng(7)
 TRAIN = {"A_1_mm": 21, "A_2_mm": 21, "k_1": 0.14, "k_2": 0.14, "t_1_deg": 20}
 
 
-def load_model(name: str, file: str = "", inputs: tuple[str, ...] = (), **values: float):
+def load_model(
+    name: str, file: str = "", inputs: tuple[str, ...] = (), **values: float
+) -> DynamicsModel:
     return DynamicsModel(own.dynamics(name, file, **values), inputs)
 
 
