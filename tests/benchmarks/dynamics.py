@@ -337,7 +337,7 @@ def format_number(value: float | None) -> str:
     """Return a number with three digits; a dash for none."""
     if value is None:
         return "-"
-    if value == 0 or abs(value) < 1e-3:
+    if 0 < abs(value) < 1e-3:
         return f"{value:.1e}"
     return f"{value:.3g}" if abs(value) < 1000 else f"{value:.0f}"
 
@@ -398,6 +398,10 @@ def render_page(record: Record) -> str:
     versions, times = record["versions"], {row["machine"]: row for row in record["rows"]}
     missing = [name for name in peers.NAMES if versions[name] == "not installed"]
     left_out = [name for name in record["machines"] if name not in times]
+    measured = {row["program"] for row in record["peers"]}
+    for program, distribution in (("MuJoCo", "mujoco"), ("SymPy, Kane", "sympy")):
+        if program not in measured and distribution not in missing:
+            left_out.append(program)
     peer_rows = [row | {"planter_ns": times[row["machine"]]["f_ns"]} for row in record["peers"]]
     overhead = max(row["f_python_ns"] - row["f_graph_ns"] for row in record["rows"])
     lines = [
@@ -408,7 +412,7 @@ def render_page(record: Record) -> str:
         *render_table(PEER_COLUMNS, peer_rows),
         "",
         f"Not installed, so not measured: {', '.join(missing) or 'none'}. "
-        f"Machines that this run left out: {', '.join(left_out) or 'none'}.",
+        f"Left out by this run: {', '.join(left_out) or 'none'}.",
         "",
         f"{record['cpu_s']:.0f} CPU s in all. "
         + "; ".join(f"{key}: {value}" for key, value in versions.items() if key not in missing)
