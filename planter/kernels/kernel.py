@@ -87,10 +87,10 @@ def bind_lanes(
         return not strange_output()
 
     def call_for_matrices() -> bool:
-        is_finite = call()
+        all_finite = call()
         for index in matrices:
             outputs[index][:] = way.results(memory)[index]
-        return is_finite
+        return all_finite
 
     return call_for_matrices if matrices else call
 

@@ -16,8 +16,9 @@ import resource
 import shutil
 import subprocess
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from tempfile import mkdtemp
 from typing import Any
@@ -234,7 +235,7 @@ def _bind(function: ca.Function, arguments: tuple[Array | float, ...]) -> Callab
         buffer.set_arg(i, array.data)
     for i, array in enumerate(outputs):
         buffer.set_res(i, array.data)
-    return lambda kept=(buffer, memory, outputs): run()
+    return lambda memory=(buffer, memory, outputs): run()
 
 
 def _solve_densely(model: DynamicsModel) -> Callable[..., Array]:
@@ -280,25 +281,37 @@ def _measure_jacobian(
 # --- record and page -----------------------------------------------------------------------------
 
 
-def measure_all() -> Record:
-    """Return the record of all machines and programs."""
-    began, rows, others = time.process_time() + _children_time(), [], []
-    for machine in list_machines():
-        rows.append(measure_planter(machine))
-        print(f"{machine.name}: {rows[-1]['f_ns']:.0f} ns", flush=True)
-        tree = _find_tree(machine)
-        if tree is not None:
-            row = {"program": "Pinocchio", "machine": machine.name} | tree.measure()
-            others.append(row)
-    if peers.is_installed("mujoco"):
-        for links in CHAINS:
-            row = {"program": "MuJoCo", "machine": f"chain of {links}"}
-            others.append(row | peers.measure_mujoco(links))
-    for links in KANE:
-        row = {"program": "SymPy, Kane", "machine": f"chain of {links}"}
-        others.append(row | peers.measure_kane(links))
-    used = time.process_time() + _children_time() - began
-    return {"rows": rows, "others": others, "versions": find_versions(), "cpu_s": used}
+def measure_all() -> Iterator[Record]:
+    """Yield the record of all machines and programs, again after each."""
+    began, rows, peer_rows = time.process_time() + _children_time(), list[Record](), list[Record]()
+    listed = list_machines()
+    names = [machine.name for machine in listed]
+    record: Record = {"machines": names, "rows": rows, "peers": peer_rows}
+    record["versions"] = find_versions()
+    *quick, slow = [partial(_measure_machine, machine, record) for machine in listed]
+    steps = [*quick]
+    for program, measure, sizes in (
+        ("MuJoCo", peers.measure_mujoco, CHAINS if peers.is_installed("mujoco") else ()),
+        ("SymPy, Kane", peers.measure_kane, KANE),
+    ):
+        steps += [partial(_measure_peer, program, measure, links, record) for links in sizes]
+    for step in (*steps, slow):
+        step()
+        record["cpu_s"] = time.process_time() + _children_time() - began
+        yield record
+
+
+def _measure_machine(machine: Machine, record: Record) -> None:
+    record["rows"].append(measure_planter(machine))
+    if (tree := _find_tree(machine)) is not None:
+        record["peers"].append({"program": "Pinocchio", "machine": machine.name} | tree.measure())
+
+
+def _measure_peer(
+    program: str, measure: Callable[[int], dict[str, float]], links: int, record: Record
+) -> None:
+    row = {"program": program, "machine": f"chain of {links}"}
+    record["peers"].append(row | measure(links))
 
 
 def find_versions() -> dict[str, str]:
@@ -324,7 +337,7 @@ def format_number(value: float | None) -> str:
     """Return a number with three digits; a dash for none."""
     if value is None:
         return "-"
-    if value == 0 or abs(value) < 1e-3:
+    if 0 < abs(value) < 1e-3:
         return f"{value:.1e}"
     return f"{value:.3g}" if abs(value) < 1000 else f"{value:.0f}"
 
@@ -384,16 +397,22 @@ def render_page(record: Record) -> str:
     """Return the part of the page that a record fills."""
     versions, times = record["versions"], {row["machine"]: row for row in record["rows"]}
     missing = [name for name in peers.NAMES if versions[name] == "not installed"]
-    others = [row | {"planter_ns": times[row["machine"]]["f_ns"]} for row in record["others"]]
+    left_out = [name for name in record["machines"] if name not in times]
+    measured = {row["program"] for row in record["peers"]}
+    for program, distribution in (("MuJoCo", "mujoco"), ("SymPy, Kane", "sympy")):
+        if program not in measured and distribution not in missing:
+            left_out.append(program)
+    peer_rows = [row | {"planter_ns": times[row["machine"]]["f_ns"]} for row in record["peers"]]
     overhead = max(row["f_python_ns"] - row["f_graph_ns"] for row in record["rows"])
     lines = [
         *render_table(COLUMNS, record["rows"]),
         "",
         f"A call by NumPy arrays takes at most {overhead / 1000:.1f} us more than CasADi's bare call of f.",
         "",
-        *render_table(PEER_COLUMNS, others),
+        *render_table(PEER_COLUMNS, peer_rows),
         "",
-        f"Not installed, so not measured: {', '.join(missing) or 'none'}.",
+        f"Not installed, so not measured: {', '.join(missing) or 'none'}. "
+        f"Left out by this run: {', '.join(left_out) or 'none'}.",
         "",
         f"{record['cpu_s']:.0f} CPU s in all. "
         + "; ".join(f"{key}: {value}" for key, value in versions.items() if key not in missing)
@@ -413,7 +432,8 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--page", action="store_true", help="write the page of the record alone")
     if not parser.parse_args().page:
-        RECORD.write_text(json.dumps(measure_all(), indent=1) + "\n", encoding="utf-8")
+        for record in measure_all():
+            RECORD.write_text(json.dumps(record, indent=1) + "\n", encoding="utf-8")
     record = json.loads(RECORD.read_text(encoding="utf-8"))
     PAGE.write_text(fill_page(PAGE.read_text("utf-8"), record), encoding="utf-8")
 

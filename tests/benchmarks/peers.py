@@ -23,13 +23,13 @@ CALLS_S = 0.05
 
 def find_versions() -> dict[str, str]:
     """Return the versions of the programs, "not installed" where there is none."""
-    found = {}
+    versions = {}
     for name in NAMES:
         try:
-            found[name] = version(name)
+            versions[name] = version(name)
         except PackageNotFoundError:
-            found[name] = "not installed"
-    return found
+            versions[name] = "not installed"
+    return versions
 
 
 def is_installed(name: str) -> bool:
@@ -146,7 +146,9 @@ def measure_kane(links: int) -> dict[str, float]:
     for k in range(links):
         turned = frame.orientnew(f"F{k}", "Axis", (q[k], world.z))
         turned.set_ang_vel(frame, u[k] * world.z)
-        centroid, end = (point.locatenew(f"{n}{k}", x * turned.x) for n, x in (("C", 0.2), ("E", 0.4)))
+        centroid, end = (
+            point.locatenew(f"{n}{k}", x * turned.x) for n, x in (("C", 0.2), ("E", 0.4))
+        )
         for place in (centroid, end):
             place.v2pt_theory(point, world, turned)
         inertia = 0.01 * mechanics.outer(turned.z, turned.z)
