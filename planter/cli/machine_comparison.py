@@ -123,7 +123,7 @@ class ComparedDesign:
 
     @property
     def suffix(self) -> str:
-        """What follows a measure that is of the whole motion."""
+        """Span of the times that a measure of the whole motion has after it."""
         motion = self.machine.motion
         return "" if motion is None else f" over 0..{motion.span:g} s"
 

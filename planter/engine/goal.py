@@ -111,8 +111,8 @@ def _check_place(machine: Machine, measure: Measure) -> None:
     if machine.motion is None and is_timed:
         reason = "an angle drives it, so give an angle, or leave out the time"
     elif machine.motion is not None and is_cyclic:
-        what = "where" if isinstance(where, Extremum) else measure.kind
-        reason = f"it moves freely, and {what} is that of a cycle, not of a time"
+        word = "where" if isinstance(where, Extremum) else measure.kind
+        reason = f"it moves freely, and {word} is that of a cycle, not of a time"
     elif machine.motion is not None and not is_free:
         reason = (
             "it moves freely, so give a time (at 1 s), a span of times (max NAME over 0..2 s) or "

@@ -242,6 +242,7 @@ def bind_memory(
     deferred or asked for: what that takes is longer than most functions.
     """
     # `Function.call` makes matrices for every call
+    buffer: Any
     buffer, run = function.buffer()
     run.buffer = buffer  # the call has only its address
     for i, memory in enumerate(inputs):

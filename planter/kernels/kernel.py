@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cache, partial
 from importlib import resources
 from threading import get_ident
-from typing import Any, Never
+from typing import Any, Literal, Never
 
 import casadi as ca
 import numpy as np
@@ -295,7 +295,7 @@ class BoundKernel:
         self._thread = get_ident()
         columns = 1 if kernel.work.summed else count
         sizes = map(kernel.function.size_out, range(len(kernel.outputs)))
-        order = "F" if count == 1 else "C"
+        order: Literal["F", "C"] = "F" if count == 1 else "C"
         memory = (np.zeros((height, width * columns), order=order) for height, width in sizes)
         self.outputs: dict[str, Array] = dict(zip(kernel.outputs, memory, strict=True))
         self._prepare()

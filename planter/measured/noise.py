@@ -240,8 +240,8 @@ def assess_lack_of_fit(curve: MeasuredCurve, residuals: Array, slopes: Array) ->
         both = np.column_stack([slopes[points], fourier_basis(phi, count)])
         results = [compare_nested(part, slopes[points], both, gaps)]
         if curve.duration is not None:  # a record has many oscillations, and a cycle is one
-            around = fourier_basis(phi, count, find_first_order(phi, curve.values[points], count))
-            both = np.column_stack([slopes[points], around])
+            first = find_first_order(phi, curve.values[points], count)
+            both = np.column_stack([slopes[points], fourier_basis(phi, count, first)])
             results.append(compare_nested(part, slopes[points], both, gaps))
         for degree in TREND_DEGREES:
             trends = np.column_stack([slopes[points], build_trends(phi, records, degree)])

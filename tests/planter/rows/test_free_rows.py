@@ -45,10 +45,10 @@ def test_rows_of_a_sweep_are_those_of_the_closed_form(tmp_path: Path) -> None:
     rows = sweep(tmp_path, outputs, k_N_m=[30.0, 50.0], c_N_s_m=[0.1, 1.0, 2.0])
     assert len(rows) == 6
     times = np.linspace(0.0, 2.0, 200_001)
-    for k, c, at, least, rms in rows:
+    for k, c, at, low, rms in rows:
         x = 1e3 * oscillate(0.5, k, c, 0.1, times)
         expected = [x[100_000], x[10_000:100_001].min(), np.sqrt(np.trapezoid(x**2, times) / 2)]
-        assert [at, least, rms] == pytest.approx(expected, rel=1e-7)
+        assert [at, low, rms] == pytest.approx(expected, rel=1e-7)
 
 
 def test_slopes_of_outputs_are_those_of_differences_through_contacts() -> None:
