@@ -29,6 +29,7 @@ from planter.engine.proof.objective import (
     build_provable_objective,
 )
 from planter.engine.proof.proof_results import GlobalBound
+from planter.engine.proof.roots import EnclosedRoots
 from planter.engine.response import MachineResponse
 from planter.kernels import Array
 from planter.kernels.generated import find_periodic
@@ -72,7 +73,7 @@ def enclose(
 ) -> list[Jet]:
     enclosed = EnclosedMechanism(build_machine(file), file.model)
     space, program = Space(*box), enclosed.record([ProvedQuantity(*pair) for pair in quantities])
-    return enclose_samples(program, space, COUNT, enclosed.find_starts(space.centre))
+    return enclose_samples(program, space, COUNT, enclosed.find_assembly(space.centre))
 
 
 def count_misses(
@@ -118,7 +119,7 @@ def test_too_narrow_an_enclosure_of_loops_is_caught(monkeypatch: pytest.MonkeyPa
     file, name = own.file("transplanting_arm"), "transplanting_arm"
     honest = enclosures.enclose_roots
 
-    def pinch(space: Space, *rest: Any) -> list[Jet]:
+    def pinch(space: Space, *rest: Any) -> EnclosedRoots:
         space.half = 0.3 * space.half
         return honest(space, *rest)
 

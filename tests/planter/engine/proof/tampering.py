@@ -11,7 +11,7 @@ from operator import getitem
 from typing import Any
 
 from planter.engine.proof.certificate_file import compute_digest
-from planter.engine.proof.check_proof import MEASURES, state_claim
+from planter.engine.proof.check_proof import MEASURES, list_trusted, state_claim
 
 Document = dict[str, Any]
 Changes = Iterator[tuple[str, Callable[[Document], None]]]
@@ -28,6 +28,7 @@ def renew(document: Document) -> Document:
     would write.
     """
     try:
+        document["trusted"] = list_trusted(document)
         document["statement"] = state_claim(document)
     except Exception:  # there is no statement of what is spoiled
         document["statement"] = "proved"
@@ -43,9 +44,14 @@ def list_tampered(document: Document) -> Iterator[tuple[str, Document]]:
             tampered = deepcopy(document)
             tamper(tampered)
             yield name, renew(tampered)
-    for statement in ("no design is better", document["statement"] + " "):
-        tampered = deepcopy(document) | {"statement": statement}
-        yield "statement", tampered | {"sha256": compute_digest(tampered)}
+    first, *rest = document["trusted"]
+    for key, values in (
+        ("statement", ("no design is better", document["statement"] + " ", None)),
+        ("trusted", ([], rest, [*rest, first], [first + " ", *rest], None)),
+    ):
+        for value in values:
+            tampered = deepcopy(document) | {key: value}
+            yield key, tampered | {"sha256": compute_digest(tampered)}
     yield "sha256", deepcopy(document) | {"sha256": "0"}
 
 
@@ -83,7 +89,7 @@ def _spoil_keys(document: Document) -> Changes:
     """Every key left out, or with something of another kind; one key more."""
     yield from _put(("another",), 1)
     yield from _put(("kind",), {"true": "sampled", "sampled": "true"}[document["kind"]])
-    for key in document.keys() - {"sha256", "statement"}:
+    for key in document.keys() - {"sha256", "statement", "trusted"}:
         yield from _pop(key)
         for value in WRONG:
             is_version = key == "planter" and isinstance(value, str)  # any text names one

@@ -18,6 +18,7 @@ import pytest
 
 from planter.engine.proof import check_proof, objective
 from planter.engine.proof.certificate_file import (
+    ProvedMachine,
     check_document,
     compute_digest,
     format_document,
@@ -39,8 +40,15 @@ FEWEST_KINDS = 60
 KINDS = {"sampled": (SAMPLES, OPTIMUM), "true": (None, np.array([UPPER[0], LOWER[1], 0.0]))}
 """Samples and optimum; the true objective is symmetrical in the third parameter."""
 LEAST_MEAN = 0.5
-SOURCES = generated.hash_modules([generated.module("array.curve_ellipse")])
-"""Hashes of some generated code; the programs of these tests are from none."""
+MACHINE = ProvedMachine(
+    ("a", "b", "c"),
+    (1.0, 1.0, 1.0),
+    generated.hash_modules([generated.module("array.curve_ellipse")]),
+    "bent curve",
+    {},
+    (),
+)
+"""The machine of these tests, with hashes of some generated code."""
 
 
 def prove(
@@ -56,8 +64,7 @@ def prove(
         lambda: build_bent(samples, limits),
         (LOWER, UPPER),
         incumbent,
-        ("a", "b", "c"),
-        SOURCES,
+        MACHINE,
         seconds,
         None,
         AUTO,
@@ -196,7 +203,7 @@ def test_earlier_proof_of_another_objective_is_not_resumed(tmp_path: Path) -> No
 def test_checker_encloses_a_root_that_is_exactly_zero() -> None:
     space = check_proof.BoxSpace([0.0], [1.0], 0)
     unit, zero = space.constant(1), space.constant(0)
-    (root,) = check_proof.enclose_roots(
+    (root,), _, _ = check_proof.enclose_roots(
         space, 1, [0.0], lambda unknowns: ([unknowns[0] * unit - zero], [[unit]])
     )
     assert root.v.contains(0)
@@ -216,7 +223,7 @@ def test_checker_encloses_the_roots_of_coupled_equations(place: float, half: flo
         return gaps, [[cos, -radius * sin], [sin, radius * cos]]
 
     x = np.linspace(place - half, place + half, 9)
-    roots = check_proof.enclose_roots(space, 2, start, polar)
+    roots, _, _ = check_proof.enclose_roots(space, 2, start, polar)
     for ball, exact in zip(roots, (np.hypot(x, 1), np.arctan2(1, x)), strict=True):
         assert float(ball.v.lower()) <= exact.min() <= exact.max() <= float(ball.v.upper())
         assert float(ball.v.rad()) < 2 * np.ptp(exact) + half**2

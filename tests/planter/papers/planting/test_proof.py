@@ -54,7 +54,7 @@ def box(name: str, model: Model, seed: int = 3) -> tuple[Array, Array]:
 def enclose(subject: Device, lower: Array, upper: Array) -> Jet:
     force, space = EnclosedForce(subject), Space(lower, upper)
     program = force.record([ProvedQuantity(FORCE)])
-    return enclose_samples(program, space, COUNT, force.find_starts(space.centre))[0]
+    return enclose_samples(program, space, COUNT, force.find_assembly(space.centre))[0]
 
 
 @cache
