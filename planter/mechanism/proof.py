@@ -104,7 +104,8 @@ def describe_machine(file: MechanismFile, machine: Machine) -> ProvedMachine:
     numbers = {path: x for path, x in file.numbers().items() if path.startswith("values.")}
     sources = EnclosedMechanism(machine, file.model).list_sources()
     scales, changes = machine.scale.tolist(), find_changes(numbers, base)
-    return ProvedMachine(machine.design_names, scales, sources, file.source, changes)
+    inputs = {"data": [float(x).hex() for x in machine.data], "moved": list(machine.moved)}
+    return ProvedMachine(machine.design_names, scales, sources, file.source, changes, inputs=inputs)
 
 
 def rebuild_objective(source: str, document: Mapping[str, Any]) -> ProvableObjective:
@@ -120,7 +121,7 @@ def rebuild_objective(source: str, document: Mapping[str, Any]) -> ProvableObjec
     moved = tuple(keys.index(name) for name in document["parameters"])
     lower, upper = (np.array([float.fromhex(x) for x in side]) for side in document["box"])
     machine = replace(machine, moved=moved, lower=lower, upper=upper)
-    quantities = [ProvedQuantity(**quantity) for quantity in stated["quantities"]]
+    quantities = list(map(ProvedQuantity.from_document, stated["quantities"]))
     return build_bare_objective(
         machine, EnclosedMechanism(machine, file.model), quantities, document
     )

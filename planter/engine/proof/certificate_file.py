@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -55,7 +55,8 @@ UNREADABLE = ValueError, LookupError, TypeError
 class ProvedMachine:
     """What a proof is of: `names` of the parameters with their `scales`, SI units per unit of the
     name; hashes `sources` of generated modules by name; the `source` of its machine, in a `model`
-    if there are several, whose numbers are those there but for `changes`.
+    if there are several, whose numbers are those there but for `changes`. `inputs` are numbers that
+    the generated functions take besides the parameters, for who calls them without planter.
     """
 
     names: Sequence[str]
@@ -64,14 +65,16 @@ class ProvedMachine:
     source: str
     changes: Mapping[str, float]
     model: str = ""
+    inputs: Mapping[str, Any] = field(default_factory=dict)
 
     def to_document(self, objective: ProvableObjective) -> dict[str, Any]:
         """Return it as a part of the file of a proof of an objective."""
-        quantities = [asdict(quantity) for quantity in objective.quantities]
+        labels = zip(objective.quantities, objective.factors, strict=True)
+        quantities = [{**asdict(one), "factor": float(factor).hex()} for one, factor in labels]
         machine = {"source": self.source, "model": self.model, "changes": dict(self.changes)}
         return {
             "generated": dict(self.sources),
-            "machine": {**machine, "quantities": quantities},
+            "machine": {**machine, "quantities": quantities, "inputs": dict(self.inputs)},
             "parameters": list(self.names),
             "scales": _write(self.scales),
         }

@@ -1,5 +1,5 @@
 """Check a proof that `planter optimise --prove` wrote, without planter: python check_proof.py
-proof.json [PROCESSES]
+proof.json [PROCESSES] [--machine generated/array/NAME.py]
 
 Every bound of every box, the covering of the box by its parts, and the upper bound of the incumbent
 are computed again from the programs in the file, in the ball arithmetic of Arb (pip install
@@ -11,16 +11,22 @@ the centre of a box, value, gradient and Hessian anywhere in it. Then f(x) is in
 H d / 2, and f'(x) in f'(c) + H d.
 """
 
+import argparse
+import ast
 import functools
 import hashlib
+import importlib.util
+import inspect
 import itertools
 import json
 import math
+import random
 import re
 import sys
 from collections.abc import Mapping
 from concurrent.futures import ProcessPoolExecutor
 from fractions import Fraction
+from pathlib import Path
 
 try:
     from flint import arb, arb_mat, arb_poly, ctx
@@ -33,7 +39,7 @@ except ImportError:  # what a file states takes no arithmetic: planter has these
 
 FORMAT, MOST_PIECES = "planter proof 3", 64
 MOST_STEPS, SMALL_STEP, WAYS, OVERLAP = 30, 1e-9, 16, 1e-9
-PARTS, MEANT, TRIALS = (48, 192), 1e-6, 8
+PARTS, MEANT, TRIALS, SAME = (48, 192), 1e-6, 8, 1e-7
 MOST_SAMPLES, MOST_PANELS, LARGEST_POWER, LONGEST_FRACTION = 100_000, 100_000, 1000, 40
 SIDES, NONNEGATIVE = (
     {"max": (1,), "min": (-1,), "range": (1, -1)},
@@ -519,9 +525,7 @@ def differentiate(steps, outputs, count):
             return put("select", *(number(0) if rate is None else rate for rate in d[:2]), a[2])
         if name == "arctan2":
             size = put("add", put("multiply", a[0], a[0]), put("multiply", a[1], a[1]))
-            return times(
-                plus(times(a[1], d[0]), negative(times(a[0], d[1]))), put("inverse", size)
-            )
+            return times(plus(times(a[1], d[0]), negative(times(a[0], d[1]))), put("inverse", size))
         return times(d[0], find_factor(n))
 
     length, columns = len(steps), []
@@ -893,9 +897,7 @@ class Response:
 
 def holds(ball, values):
     """Return whether a ball, points and radii, holds values."""
-    return ball is not None and all(
-        abs(value - x) <= r for x, r, value in zip(*ball, values)
-    )
+    return ball is not None and all(abs(value - x) <= r for x, r, value in zip(*ball, values))
 
 
 class RootBranch:
@@ -969,7 +971,9 @@ class RootBranch:
                 return False
             turned = []
             for values, (at, _) in zip(ends[-1], balls[first]):
-                turns = [round(float((value.mid() - x) / (2 * arb.pi()))) for value, x in zip(values, at)]
+                turns = [
+                    round(float((value.mid() - x) / (2 * arb.pi()))) for value, x in zip(values, at)
+                ]
                 turned.append([value - 2 * arb.pi() * n for value, n in zip(values, turns)])
             return are_held(balls[first], turned)
 
@@ -1051,8 +1055,7 @@ class BoundedCycle:
             self.shares = [space.constant(ONE / len(angles))] * len(angles)
         self.lanes = [enclose(phi) for phi in angles]
         self.fixed = [
-            enclose(space.constant(turn_angle(Fraction(angle) / 360)))
-            for angle in proof.angles
+            enclose(space.constant(turn_angle(Fraction(angle) / 360))) for angle in proof.angles
         ]
         points = [
             enclose(space.linear(*x))
@@ -1478,7 +1481,7 @@ def check_form(document: Mapping) -> None:
     is_fit = are_names(names) and [len(side) for side in sides] == [count] * 5
     refuse_unless(is_fit, "parameters must be different names, one for each side")
     are_scales = all(float.fromhex(scale) > 0 for scale in document["scales"])
-    is_named = set(document["machine"]) == {"source", "model", "changes", "quantities"}
+    is_named = set(document["machine"]) == {"source", "model", "changes", "quantities", "inputs"}
     refuse_unless(are_scales and is_named, "machine and scales must say what is proved of what")
     for name, low, high in zip(names, *box):
         refuse_unless(float.fromhex(low) <= float.fromhex(high), f"the box is empty along {name}")
@@ -1678,15 +1681,17 @@ def state_claim(document: Mapping) -> str:
     if bound is not None and reached is not None:
         gap = f", so that the gap is {float.fromhex(reached) - float.fromhex(bound):.3g}"
     without = list_ineffective(document)
-    names = f" Without any effect: {', '.join(without)}." if without else ""
-    return f"Of the {'; '.join(document['trusted'][1:])}: {claim}; {known}{gap}.{names}"
+    names = (
+        f" Without any effect, as no result takes them: {', '.join(without)}." if without else ""
+    )
+    machine, *trusted = (entry.partition(": ")[2] for entry in document["trusted"][:4])
+    scope = f"{machine.removeprefix('response has the results of ')}: of {trusted[0]}, with the "
+    return f"{scope}limits {trusted[1]}, for {trusted[2]}: {claim}; {known}{gap}.{names}"
 
 
-def check_in_processes(jobs):
+def check_in_processes(path, processes, jobs):
     """Yield the reasons of boxes, found by several processes."""
-    with ProcessPoolExecutor(
-        *map(int, sys.argv[2:3]), initializer=load_proof, initargs=sys.argv[1:2]
-    ) as pool:
+    with ProcessPoolExecutor(processes, initializer=load_proof, initargs=[path]) as pool:
         yield from pool.map(check_box, jobs)
 
 
@@ -1733,6 +1738,139 @@ def check_period(document):
         refuse_unless(is_same, reason)
 
 
+def list_random_points(document):
+    """Yield designs of the box, and angles [rad]; the numbers are the same in each run."""
+    numbers = random.Random(document["sha256"])
+    sides = [list(map(float.fromhex, side)) for side in document["box"]]
+    for _ in range(TRIALS):
+        yield [numbers.uniform(*pair) for pair in zip(*sides)], numbers.uniform(0, 2 * math.pi)
+
+
+def evaluate_response(document, x, phi):
+    """Return the roots of all stages, and the quantities at an angle, in plain numbers."""
+    response, assembly = PROOF.response, document["assembly"]
+    roots, number = [], 0
+    if assembly:
+        origin = [float.fromhex(value) for value in assembly["design"]]
+        starts = [[float.fromhex(value) for value in part] for part in assembly["roots"]]
+        steps = math.ceil(abs(phi) / math.radians(5)) + 1
+        _, points = list_cells(origin, x, x, phi, steps)
+        roots = follow_plainly(response.plain, starts, points)[-1]
+        if roots is None:
+            raise ArithmeticError("loops are not closed")
+    values = dict(enumerate([*x, phi]))
+    for program, inputs, _, places in response.stages:
+        arguments = [values[k] for k in inputs]
+        if program.size:
+            results, number = roots[number], number + 1
+        else:
+            results = evaluate_plainly(program.steps, program.outputs, arguments)
+        values.update(zip(places, results))
+    return roots, [values[k] for k in places]
+
+
+def load_module(path):
+    """Return a Python file as a module, and its text."""
+    spec = importlib.util.spec_from_file_location(path.stem, path)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module, path.read_text(encoding="utf-8")
+
+
+def find_result(text, name):
+    """Return the place of a result by its name among those of the function `lane`."""
+    functions = [node for node in ast.parse(text).body if isinstance(node, ast.FunctionDef)]
+    lane = next(node for node in functions if node.name == "lane")
+    return [ast.unparse(entry) for entry in lane.body[-1].value.elts].index(name)
+
+
+def fill_data(document, x):
+    """Return all values that a mechanism's own functions take, for a design."""
+    inputs = document["machine"]["inputs"]
+    data = [float.fromhex(value) for value in inputs["data"]]
+    for index, value in zip(inputs["moved"], x):
+        data[index] = value
+    return data
+
+
+def compare_assembly(xp, module, document):
+    """Refuse an assembly to which Newton's method does not lead from a mechanism's own start."""
+    x, roots = document["assembly"]["design"], document["assembly"]["roots"][0]
+    x, roots = ([float.fromhex(value) for value in values] for values in (x, roots))
+    start = list(map(float, module.assembly(xp, fill_data(document, x))))
+    steps, outputs, inputs, *_ = next(stage for stage in PROOF.response.plain if stage[-1])
+    values = [*x, 0.0]
+    found = find_plainly(steps, outputs, start, [values[k] for k in inputs])
+    gaps = [abs(a - b) for a, b in zip(found, roots)]
+    is_same = all(
+        min(gap, abs(gap - 2 * math.pi * round(gap / 2 / math.pi))) < MEANT for gap in gaps
+    )
+    refuse_unless(is_same, "--machine: its cycle begins in another assembly")
+
+
+def call_mechanism(xp, module, text, document, x, phi, roots):
+    """Return the results of a mechanism's own functions at an angle, and the gaps of its loops."""
+    data = fill_data(document, x)
+    pairs = {"data": data, "loops": roots[0] if roots else []}
+    gaps = module.closure(xp, phi, data, roots[0])[: len(roots[0])] if roots else []
+    if hasattr(module, "prologue"):
+        names = inspect.signature(module.prologue).parameters
+        pairs["hoisted"] = module.prologue(*(pairs.get(name, xp) for name in names))
+    names = list(inspect.signature(module.lane).parameters)[2:]
+    rows = module.lane(xp, phi, *(pairs[name] for name in names))
+    entries = document["machine"]["quantities"]
+    return [rows[find_result(text, entry["name"])] for entry in entries], gaps
+
+
+def call_device(xp, module, path, document, x, phi):
+    """Return the force of a planting device by its own functions and those of its curves."""
+    inputs, arguments, contacts = document["machine"]["inputs"], [], []
+    constants = [float.fromhex(value) for value in inputs["machine"]]
+    first = inputs["mounting"]
+    for name, count, terms in inputs["stages"]:
+        curve, _ = load_module(path.with_name(f"{name}.py"))
+        parameters = x[first : first + count]
+        arguments += [parameters, curve.prologue(xp, parameters, terms)]
+        contacts.append(curve.contact)
+        first += count
+    given = [x[: inputs["mounting"]], *arguments, constants]
+    still = module.prologue(xp, *given, *contacts)
+    return module.lane(xp, phi, *given, still, *contacts)
+
+
+def compare_module(document, path):
+    """Refuse programs that differ from the functions over arrays of a generated module at random
+    points of the box; return what was compared, in words.
+    """
+    xp, (module, text) = importlib.import_module("numpy"), load_module(path)
+    digest, compared = hashlib.sha256(text.encode()).hexdigest(), 0
+    known = "" if digest in document["generated"].values() else ", which has another hash"
+    if document["assembly"] and "data" in document["machine"]["inputs"]:
+        compare_assembly(xp, module, document)
+    gaps, rows = [], []
+    for x, phi in list_random_points(document):
+        try:
+            roots, ours = evaluate_response(document, x, phi)
+        except (ArithmeticError, ValueError):
+            continue
+        if "data" in document["machine"]["inputs"]:
+            theirs, closed = call_mechanism(xp, module, text, document, x, phi, roots)
+            gaps += map(float, closed)
+        else:
+            theirs = call_device(xp, module, path, document, x, phi)
+        pairs = zip(document["machine"]["quantities"], ours, theirs)
+        for entry, value, other in pairs:
+            if not entry["is_work"]:  # whose factor is the length of a cycle
+                other = abs(other) if entry["size"] else other
+                rows.append((value, float(other) / float.fromhex(entry["factor"])))
+        compared += 1
+    largest = max((abs(other) for _, other in rows), default=0.0)
+    is_same = all(abs(a - b) <= SAME * largest for a, b in rows)
+    refuse_unless(rows and is_same, f"--machine: the programs are not those of {path}")
+    refuse_unless(all(abs(gap) <= SAME for gap in gaps), f"--machine: {path} has other loops")
+    return f"Compared with {path}{known}, at {compared} random points of the box."
+
+
 def read_file(path):
     """Return the content of a file."""
     with open(path, encoding="utf-8") as file:
@@ -1748,26 +1886,51 @@ def load_proof(path):
     return document
 
 
-if __name__ == "__main__":
+def read_options():
+    """Return the options of the command line."""
+    parser = argparse.ArgumentParser(description="Check a proof of planter without planter.")
+    parser.add_argument("file", help="proof.json")
+    parser.add_argument("processes", type=int, nargs="?", help="number of processes")
+    parser.add_argument(
+        "--machine", type=Path, help="array/NAME.py of the generated code, to compare with"
+    )
+    return parser.parse_args()
+
+
+def explain_proof(document, compared):
+    """Return in words what was proved, what was trusted, and what was not compared."""
+    modules = ", ".join(document["generated"])
+    missing = f"whether the programs are those of a machine (the generated code {modules})"
+    rest = "whether other designs and angles agree" if compared else missing
+    trusted = "\n".join(f"  {entry}" for entry in document["trusted"])
+    lines = [document["statement"], "Trusted as the file states it:", trusted, compared]
+    return "\n".join([*filter(None, lines), f"Not compared: {rest}."])
+
+
+def main():
+    """Check the proof of the command line; return the exit code."""
+    options = read_options()
     try:
-        DOCUMENT = read_file(sys.argv[1])
+        document = read_file(options.file)
     except Exception as error:
         print(f"not readable: {type(error).__name__}: {error}")
-        sys.exit(2)
+        return 2
     try:
-        REASON = check_claims(load_proof(sys.argv[1]), check_in_processes)
+        load_proof(options.file)
+        check_claims(
+            document, functools.partial(check_in_processes, options.file, options.processes)
+        )
+        compared = options.machine and compare_module(document, options.machine)
+        print(explain_proof(document, compared))
+    except (ValueError, NoBound) as error:
+        print(error)
+        return 1
     except Exception as error:
-        REASON = (
-            str(error)
-            if isinstance(error, ValueError | NoBound)
-            else f"{type(error).__name__}: {error}"
-        )
-    if not REASON:
-        print(state_claim(DOCUMENT))
-        modules = ", ".join(DOCUMENT["generated"])
-        print(
-            f"Not compared: the generated code {modules}, and whether the programs are those of a "
-            f"machine."
-        )
-    print(REASON or "valid")
-    sys.exit(bool(REASON))
+        print(f"{type(error).__name__}: {error}")
+        return 1
+    print("valid")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

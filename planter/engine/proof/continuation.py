@@ -55,6 +55,8 @@ class AssemblyStart:
         """Return the roots that are meant over a box of designs, in finer parts if they are not
         followed to all angles.
         """
+        if not response.rooted:
+            return RootBranch(1.0, (), ())
         is_moving = not all(response.fixed[index] for index in response.rooted)
         for parts in PARTS:
             count = math.ceil(parts * response.period) if is_moving else 0

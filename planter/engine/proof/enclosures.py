@@ -195,11 +195,15 @@ class ResponseProgram:
         """Return the roots of a stage that are meant, NaN in lanes in which others were found."""
         number, angles = self.rooted.index(index), phi.value
         is_single = self.fixed[index] and len(branches) == 1
-        ends = np.array([angles[ANYWHERE].low, angles[ANYWHERE].high])[:, : 1 if is_single else None]
+        ends = np.array([angles[ANYWHERE].low, angles[ANYWHERE].high])[
+            :, : 1 if is_single else None
+        ]
         middle = angles.mid[CENTRE][: ends.shape[1]]
         lanes = np.split(np.arange(len(middle)), len(branches))
         pairs = list(zip(branches, lanes, strict=True))
-        guesses = np.concatenate([one.find_near(number, middle[part]) for one, part in pairs], axis=1)
+        guesses = np.concatenate(
+            [one.find_near(number, middle[part]) for one, part in pairs], axis=1
+        )
         if np.isnan(guesses).all():
             raise Unbounded("loops are not closed in the assembly that is meant")
         roots = self._evaluate(index, space, inputs, guesses)
@@ -215,9 +219,7 @@ class ResponseProgram:
             raise Unbounded("the roots of a box are not those that are meant")
         return [jet.masked(is_meant) for jet in jets]
 
-    def find_roots(
-        self, space: Space, phi: Jet, guesses: Sequence[Array]
-    ) -> list[EnclosedRoots]:
+    def find_roots(self, space: Space, phi: Jet, guesses: Sequence[Array]) -> list[EnclosedRoots]:
         """Return the roots near guesses (k, lanes) of each stage that has some, whichever they
         are.
         """

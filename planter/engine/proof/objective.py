@@ -238,7 +238,8 @@ class ProvableObjective:
     Designs count that satisfy the limits, which are all there are if it `heeds_all`; a box in which
     one is certainly violated has no bound but infinity. Angles at which quantities cannot be
     enclosed are left out: no greatest value, no least one made large, and no mean of squares is
-    less than what the others make of it. `labels` are names of the `quantities`, for people.
+    less than what the others make of it. `labels` are names of the `quantities`, for people, and
+    `factors` are SI units per unit of each.
     """
 
     def __init__(
@@ -252,6 +253,7 @@ class ProvableObjective:
         heeds_all: bool = True,
         labels: Sequence[str] = (),
         quantities: Sequence[ProvedQuantity] = (),
+        factors: Sequence[float] = (),
     ) -> None:
         self.response, self.terms, self.limits = response, tuple(terms), tuple(limits)
         self.count, self.heeds_all = count, heeds_all
@@ -259,7 +261,7 @@ class ProvableObjective:
         self._branches: dict[bytes, RootBranch] = {}
         results = range(len(response.stages[-1].outputs))
         self.labels = tuple(labels) or tuple(f"result {k}" for k in results)
-        self.quantities = tuple(quantities)
+        self.quantities, self.factors = tuple(quantities), tuple(factors)
         measures = (*self.terms, *self.limits)
         self._extremes = list(
             dict.fromkeys(
@@ -621,6 +623,11 @@ class ProvedQuantity:
         """Return the quantity that a measure is of."""
         return cls(measure.name, measure.size, measure.kind == "work")
 
+    @classmethod
+    def from_document(cls, entry: Mapping[str, Any]) -> ProvedQuantity:
+        """Return the quantity of a JSON object."""
+        return cls(entry["name"], entry["size"], entry["is_work"])
+
     def describe(self, machine: Machine) -> str:
         """Return its name and unit, for people."""
         quantity = machine.find_quantity(self.name)
@@ -667,7 +674,8 @@ def build_provable_objective(
 ) -> ProvableObjective:
     """Return a sum of measures over `count` samples, or the true one, as a proof bounds it.
 
-    The assembly is that of the design `origin` (p,), else of the machine's own. Of the limits, those at angles that the design moves are left out.
+    The assembly is that of the design `origin` (p,), else of the machine's own. Of the limits,
+    those at angles that the design moves are left out.
     """
     fixed = [limit for limit in limits if is_fixed(machine, limit.measure)]
     measures = [*terms, *(limit.measure for limit in fixed)]
@@ -690,6 +698,7 @@ def build_provable_objective(
         heeds_all=len(fixed) == len(limits),
         labels=[quantity.describe(machine) for quantity in quantities],
         quantities=quantities,
+        factors=[machine.find_quantity(quantity.name).factor for quantity in quantities],
     )
 
 
@@ -710,6 +719,7 @@ def build_bare_objective(
         start=enclosed.find_assembly(np.array(design)) if design else None,
         labels=[quantity.describe(machine) for quantity in quantities],
         quantities=quantities,
+        factors=[machine.find_quantity(quantity.name).factor for quantity in quantities],
     )
 
 

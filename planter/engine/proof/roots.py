@@ -315,9 +315,7 @@ def _refine(space: Space, start: Array, residual: Residual) -> Array:
     return at
 
 
-def _enclose(
-    space: Space, start: Array, residual: Residual, part: int
-) -> tuple[list[Ball], Array]:
+def _enclose(space: Space, start: Array, residual: Residual, part: int) -> tuple[list[Ball], Array]:
     """Return the roots (lanes,) each: at the centre of the box, or anywhere in it, and the radii
     (k, lanes) about `start` of balls that hold no other.
 

@@ -33,8 +33,8 @@ from planter.engine.proof.objective import (
 )
 from planter.engine.proof.search import SECONDS, Incumbent
 from planter.engine.solvers.response import find_breakpoints
-from planter.gears.geometry.stage import Stage
 from planter.errors import InputError
+from planter.gears.geometry.stage import Stage
 from planter.kernels import Array, generated
 from planter.papers.planting.file import PlantingMachine, load
 from planter.papers.planting.functions import Model
@@ -286,8 +286,17 @@ def describe_device(device: Device) -> ProvedMachine:
     base, numbers = load(machine.source).numbers(), machine.numbers()
     fixed = {path: x for path, x in numbers.items() if not path.startswith(SEARCHED)}
     sources, changes = EnclosedForce(device).list_sources(), find_changes(fixed, base)
+    inputs = {
+        "machine": [float(x).hex() for x in device.constants],
+        "mounting": device.size - sum(len(stage.names) for stage in device.stages),
+        "stages": [
+            [f"curve_{stage.family}", len(stage.names), stage.terms] for stage in device.stages
+        ],
+    }
     scales = device.scale.tolist()
-    return ProvedMachine(device.names, scales, sources, machine.source, changes, device.model)
+    return ProvedMachine(
+        device.names, scales, sources, machine.source, changes, device.model, inputs
+    )
 
 
 def rebuild_objective(source: str, document: Mapping[str, Any]) -> ProvableObjective:
@@ -299,7 +308,5 @@ def rebuild_objective(source: str, document: Mapping[str, Any]) -> ProvableObjec
     device = Device(load(source, stated["changes"]), stated["model"])
     if list(device.names) != document["parameters"]:
         raise InputError(f"{source}: its parameters are {', '.join(device.names)}")
-    quantities = [ProvedQuantity(**quantity) for quantity in stated["quantities"]]
-    return build_bare_objective(
-        device.force.machine, EnclosedForce(device), quantities, document
-    )
+    quantities = list(map(ProvedQuantity.from_document, stated["quantities"]))
+    return build_bare_objective(device.force.machine, EnclosedForce(device), quantities, document)

@@ -120,7 +120,8 @@ def test_too_narrow_an_enclosure_of_loops_is_caught(monkeypatch: pytest.MonkeyPa
     honest = enclosures.enclose_roots
 
     def pinch(space: Space, *rest: Any) -> EnclosedRoots:
-        space.half = 0.3 * space.half
+        if space.half.shape[1] == 1:  # not where loops are followed, which would end there
+            space.half = 0.3 * space.half
         return honest(space, *rest)
 
     monkeypatch.setattr(enclosures, "enclose_roots", pinch)
@@ -246,7 +247,7 @@ def test_batched_boxes_equal_single_boxes() -> None:
         move({}),
         move(OPEN),
         move({"a_mm": 40.0, "k_N_m": 300.0}),
-        find_box(own.file("transplanting_arm"), 0.2),
+        find_box(own.file("transplanting_arm"), 0.05),
     ]
     for box, result in zip(boxes, bound_at_once(*boxes), strict=True):
         (alone,) = bound_at_once(box)

@@ -39,7 +39,7 @@ def renew(document: Document) -> Document:
 def list_tampered(document: Document) -> Iterator[tuple[str, Document]]:
     """Yield what was changed, and the changed document."""
     lists = _spoil_keys, _change_numbers, _change_measures, _change_programs, _change_boxes
-    for change in (*lists, _change_trees):
+    for change in (*lists, _change_trees, _change_assembly):
         for name, tamper in change(document):
             tampered = deepcopy(document)
             tamper(tampered)
@@ -180,6 +180,13 @@ def _change_programs(document: Document) -> Changes:
                 yield from _put((*at, 1, 0), len(entry["operations"]), -1)
             if name == "constant":
                 yield from _put((*at, 2, 0), (1.01 * float.fromhex(numbers[0]) + 0.01).hex())
+            for extra in ([*numbers, (0.0).hex()], numbers[:-1] if numbers else [(0.5).hex()]):
+                yield from _put((*at, 2), extra)
+            yield from _put((*at, 1), [*arguments, 0], arguments[:-1] or [0, 0])
+            if name == "power":
+                yield from _put((*at, 2, 0), *((float(n)).hex() for n in (-1, 0, 0.5, 3)))
+            if name == "below":  # a jump that is not said to be one, or the other way round
+                yield from _put((*at, 2), [(1.0).hex(), (0.5).hex()])
         yield from _put((*path, "outputs"), [])
         yield from _put((*path, "outputs", 0), 10_000)
         yield from _put((*path, "inputs", 0), -1)
@@ -189,6 +196,45 @@ def _change_programs(document: Document) -> Changes:
     yield from _put(("response", "period"), "0", "-1", "1/3", "nan", 1.5)
     offsets = document["response"]["offsets"]
     yield from _put(("response", "offsets"), offsets[:-1], [*offsets, "1/3"])
+
+
+def list_silent_jumps(document: Document) -> Changes:
+    """Yield conditions that are said to choose between equals; only who knows the code is sure."""
+    for stage, entry in enumerate(document["response"]["stages"]):
+        for n, (name, _, numbers) in enumerate(entry["operations"]):
+            if name == "below" and float.fromhex(numbers[1]):
+                path = ("response", "stages", stage, "operations", n, 2, 1)
+                yield from _put(path, (0.0).hex())
+
+
+def _change_assembly(document: Document) -> Changes:
+    """Assemblies that are none, or are not the one from which roots were followed."""
+    for index, node in _list_kinds(document):
+        if "evidence" in node:
+            path = ("nodes", index, "evidence")
+            key = "peaks" if document["kind"] == "sampled" else "starts"
+            yield from _put((*path, key), [1.0])
+            yield from _put((*path, "continued"), len(document["nodes"]), -1, None)
+            yield from _put((*path, "domain"), document["box"])
+    if document["assembly"] is None:
+        yield from _put(("assembly",), {"design": document["box"][0], "roots": []})
+        return
+    yield from _put(("assembly",), None)
+    roots = document["assembly"]["roots"][0]
+    for k, root in enumerate(roots):
+        path = ("assembly", "roots", 0, k)
+        yield from _put(path, _raise(root, 1e-3), _raise(root, -0.5), *NOT_FINITE[:4], None)
+    yield from _pop("assembly", "roots", 0, -1)
+    yield from _pop("assembly", "roots", 0)
+    yield from _put(("assembly", "roots", 0), [*roots, roots[0]])
+    yield from _put(("assembly", "design", 0), *NOT_FINITE[:4], (0.3).hex())
+    yield from _pop("assembly", "design", 0)
+    for stage, entry in enumerate(document["response"]["stages"]):
+        if entry["limits"]:
+            outputs, limits = (("response", "stages", stage, key) for key in ("outputs", "limits"))
+            yield from _put(outputs, entry["outputs"][:-1], [*entry["outputs"], 0])
+            yield from _put(outputs, entry["outputs"][:1] * len(entry["outputs"]))
+            yield from _put(limits, entry["limits"][:-1], [])
 
 
 def _change_boxes(document: Document) -> Changes:

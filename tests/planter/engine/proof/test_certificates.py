@@ -25,7 +25,7 @@ from planter.engine.proof.certificate_file import (
     read_document,
     write_certificate,
 )
-from planter.engine.proof.objective import BoundedMeasure
+from planter.engine.proof.objective import BoundedMeasure, ProvableObjective
 from planter.engine.proof.programs import record_program
 from planter.engine.proof.search import Incumbent, Proof
 from planter.kernels import generated
@@ -83,6 +83,11 @@ def coarse(monkeypatch: pytest.MonkeyPatch) -> None:
 def prove_document(kind: str) -> Document:
     document: Document = json.loads(prove(kind)[1])
     return document
+
+
+def rebuild(_: Document) -> ProvableObjective:
+    """Return the objective of the machine of these tests, as it is generated here."""
+    return build_bent(None)
 
 
 def check_apart(document: Document) -> str | None:
@@ -237,12 +242,57 @@ def test_every_tampered_proof_is_refused_by_both(kind: str, step: int) -> None:
     valid, count = [], 0
     for name, tampered in islice(list_tampered(prove_document(kind)), 0, None, step):
         count += 1
-        ours, reason = check_document(tampered), check_apart(tampered)
+        ours, reason = check_document(tampered, rebuild), check_apart(tampered)
         valid += [f"{name}: planter"] if ours.valid else []
         valid += [f"{name}: check_proof"] if reason is None else []
         assert ours.valid or ours.reason, name
     assert not valid
     assert count >= FEWEST_KINDS // step
+
+
+def test_programs_of_another_machine_are_refused() -> None:
+    document = prove_document("sampled")
+    assert check_document(document, rebuild).compared == ["bent curve"]
+    other = deepcopy(document)
+    (*_, last) = other["response"]["stages"]
+    number = {"operations": [["constant", [], [(0.5).hex()]]], "outputs": [0]}
+    other["response"]["stages"] = [last | number]
+    entry = {"bound": (0.0).hex(), "evidence": {}}
+    other["nodes"], other["lower_bound"] = [entry], (0.0).hex()
+    other["incumbent"] |= {"upper_bound": None}
+    assert check_document(renew(other)).valid, "it is true of a force that is the same everywhere"
+    assert check_apart(other) is None
+    reason = check_document(other, rebuild).reason
+    assert reason is not None
+    assert "stages" in reason
+    for key, values in (("continuous", [False]), ("period", ["1"]), ("offsets", [["0"]])):
+        for value in values:
+            other = deepcopy(document)
+            other["response"][key] = value
+            assert key in str(check_document(renew(other), rebuild).reason)
+
+
+def test_continuous_choices_follow_from_the_form_of_a_program() -> None:
+    def choose(xp: Any, x: Any, yes: Any, no: Any) -> Any:
+        return xp.where(xp.lift(x).reaches(0), yes, no)
+
+    codes = (
+        (lambda xp, x: xp.absolute(x[0]), True),
+        (lambda xp, x: xp.maximum(x[0], x[1]), True),
+        (lambda xp, x: xp.minimum(x[0], 2.0), True),
+        (lambda xp, x: choose(xp, x[0], x[0], -x[0]), True),
+        (lambda xp, x: choose(xp, x[0], x[1], -x[1]), False),
+        (lambda xp, x: choose(xp, x[0] - x[1], x[0], -x[1]), False),
+        (lambda xp, x: choose(xp, x[0], 1.0, 2.0), False),
+        (lambda xp, x: xp.absolute(x[0]) + choose(xp, x[0], x[1], 0.0), False),
+    )
+    for code, is_continuous in codes:
+        program = record_program(lambda xp, x, code=code: [code(xp, x)], 2).to_document()
+        steps = program["operations"]
+        asked = [n for n, step in enumerate(steps) if step[0] == "below"]
+        assert asked
+        plain = json.loads(json.dumps(steps))
+        assert all(check_proof.is_continuous_choice(plain, n) for n in asked) is is_continuous
 
 
 def test_exchanged_parameter_names_do_not_keep_the_statement() -> None:
