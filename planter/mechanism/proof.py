@@ -97,13 +97,9 @@ def with_proof(
 
 def describe_machine(file: MechanismFile, machine: Machine) -> ProvedMachine:
     """Return what a proof of a mechanism states of it."""
-    try:
-        base = load(file.source).numbers()
-    except InputError:  # a machine that is no file
-        base = {}
     numbers = {path: x for path, x in file.numbers().items() if path.startswith("values.")}
     sources = EnclosedMechanism(machine, file.model).list_sources()
-    scales, changes = machine.scale.tolist(), find_changes(numbers, base)
+    scales, changes = machine.scale.tolist(), find_changes(numbers, file.source, load)
     inputs = {"data": [float(x).hex() for x in machine.data], "moved": list(machine.moved)}
     return ProvedMachine(machine.design_names, scales, sources, file.source, changes, inputs=inputs)
 

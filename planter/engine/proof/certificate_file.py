@@ -39,6 +39,7 @@ from planter.engine.proof.objective import (
 from planter.engine.proof.proof_results import ProofCheck
 from planter.engine.proof.search import BoxNode, Incumbent, Proof, SharedObjective, prove_bound
 from planter.errors import InputError
+from planter.files.document import Document
 from planter.kernels import Array, generated
 from planter.progress import Listener
 from planter.task import Means
@@ -86,8 +87,16 @@ and quantities; raises InputError if there is none.
 """
 
 
-def find_changes(numbers: Mapping[str, float], base: Mapping[str, float]) -> dict[str, float]:
-    """Return which numbers of a machine differ from those of its file, by path."""
+def find_changes(
+    numbers: Mapping[str, float], source: str, load: Callable[[str], Document]
+) -> dict[str, float]:
+    """Return which numbers of a machine, by path, differ from those of its file; all if there is
+    none.
+    """
+    try:
+        base = load(source).numbers()
+    except InputError:
+        base = {}
     return {path: value for path, value in numbers.items() if base.get(path) != value}
 
 

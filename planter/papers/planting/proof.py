@@ -283,9 +283,12 @@ SEARCHED = ("design.", "bounds.")
 def describe_device(device: Device) -> ProvedMachine:
     """Return what a proof of a device states of it."""
     machine = device.machine
-    base, numbers = load(machine.source).numbers(), machine.numbers()
-    fixed = {path: x for path, x in numbers.items() if not path.startswith(SEARCHED)}
-    sources, changes = EnclosedForce(device).list_sources(), find_changes(fixed, base)
+    numbers = machine.numbers().items()
+    fixed = {path: x for path, x in numbers if not path.startswith(SEARCHED)}
+    sources, changes = (
+        EnclosedForce(device).list_sources(),
+        find_changes(fixed, machine.source, load),
+    )
     inputs = {
         "machine": [float(x).hex() for x in device.constants],
         "mounting": device.size - sum(len(stage.names) for stage in device.stages),

@@ -46,7 +46,6 @@ MACHINE = ProvedMachine(
     generated.hash_modules([generated.module("array.curve_ellipse")]),
     "bent curve",
     {},
-    (),
 )
 """The machine of these tests, with hashes of some generated code."""
 
@@ -257,19 +256,18 @@ def test_programs_of_another_machine_are_refused() -> None:
     (*_, last) = other["response"]["stages"]
     number = {"operations": [["constant", [], [(0.5).hex()]]], "outputs": [0]}
     other["response"]["stages"] = [last | number]
-    entry = {"bound": (0.0).hex(), "evidence": {}}
-    other["nodes"], other["lower_bound"] = [entry], (0.0).hex()
+    bound = (-1e-9).hex()
+    other["nodes"], other["lower_bound"] = [{"bound": bound, "evidence": {}}], bound
     other["incumbent"] |= {"upper_bound": None}
     assert check_document(renew(other)).valid, "it is true of a force that is the same everywhere"
     assert check_apart(other) is None
     reason = check_document(other, rebuild).reason
     assert reason is not None
     assert "stages" in reason
-    for key, values in (("continuous", [False]), ("period", ["1"]), ("offsets", [["0"]])):
-        for value in values:
-            other = deepcopy(document)
-            other["response"][key] = value
-            assert key in str(check_document(renew(other), rebuild).reason)
+    for key, content in (("continuous", False), ("period", "1"), ("offsets", ["0"])):
+        other = deepcopy(document)
+        other["response"][key] = content
+        assert key in str(check_document(renew(other), rebuild).reason)
 
 
 def test_continuous_choices_follow_from_the_form_of_a_program() -> None:

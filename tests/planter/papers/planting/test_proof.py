@@ -180,7 +180,7 @@ def problem(model: Model) -> tuple[ProvableObjective, Array, Array, Array]:
     """
     subject = device("wang2017", model)
     bounding = proof.build_objective_enclosure(subject.machine, model, COUNT)
-    lower, upper = proof.find_searched_box(subject, subject.design)
+    lower, upper = subject.lower, subject.upper
     half = 0.01 * (upper - lower)
     slopes = bounding(lower + half, upper - 97 * half).slopes.mid
     corner = np.where(slopes < 0, upper, lower)
