@@ -197,52 +197,74 @@ class BoxSpace:
 class BallJet:
     """Value and gradient at the centre (c, gc) and anywhere (v, g), and Hessian h; constants have
     no derivatives.
+
+    Value and gradient anywhere of an open jet are intersected with the Taylor form about the centre
+    when they are asked for; sums take them as they are, which costs less and loses little.
     """
 
-    __slots__ = ("c", "g", "gc", "h", "space", "v")
+    __slots__ = ("_g", "_v", "c", "gc", "h", "is_open", "space")
 
-    def __init__(self, space, c, v, gc=None, g=None, h=None):
-        self.space, self.c, self.v, self.gc, self.g, self.h = space, c, v, gc, g, h
+    def __init__(self, space, c, v, gc=None, g=None, h=None, is_open=False):
+        self.space, self.c, self._v, self.gc, self._g, self.h = space, c, v, gc, g, h
+        self.is_open = is_open
+
+    @property
+    def v(self):
+        self.close()
+        return self._v
+
+    @property
+    def g(self):
+        self.close()
+        return self._g
 
     @property
     def derivatives(self):
         return self.space.zeros if self.gc is None else (self.gc, self.g, self.h)
 
     def cut(self):
-        """Intersect value and gradient anywhere with the Taylor form about the centre."""
-        if self.gc is not None and self.space.cutting:
-            moved, delta = self.h * self.space.delta, self.space.delta
-            self.v = self.v.intersection(
-                self.c + ((self.gc + moved * arb(0.5)).transpose() * delta)[0, 0]
-            )
-            self.g = arb_mat(
-                self.space.n,
-                1,
-                [*map(arb.intersection, self.g.entries(), (self.gc + moved).entries())],
-            )
+        """Open the jet where Taylor forms apply."""
+        self.is_open = self.gc is not None and self.space.cutting
         return self
 
+    def close(self):
+        """Intersect value and gradient anywhere with the Taylor form about the centre."""
+        if self.is_open:
+            moved, delta = self.h * self.space.delta, self.space.delta
+            self._v = self._v.intersection(
+                self.c + ((self.gc + moved * arb(0.5)).transpose() * delta)[0, 0]
+            )
+            self._g = arb_mat(
+                self.space.n,
+                1,
+                [*map(arb.intersection, self._g.entries(), (self.gc + moved).entries())],
+            )
+            self.is_open = False
+
+    def meet(self, value):
+        """Intersect the value anywhere with another enclosure of it."""
+        self._v = self.v.intersection(value)
+
     def __neg__(self):
-        return BallJet(
-            self.space, -self.c, -self.v, *(() if self.gc is None else (-self.gc, -self.g, -self.h))
-        )
+        rest = () if self.gc is None else (-self.gc, -self._g, -self.h, self.is_open)
+        return BallJet(self.space, -self.c, -self._v, *rest)
 
     def __add__(self, other):
         a, b = (other, self) if self.gc is None else (self, other)
+        c, v = a.c + b.c, a._v + b._v
         if b.gc is None:
-            return BallJet(a.space, a.c + b.c, a.v + b.v, a.gc, a.g, a.h)
-        return BallJet(a.space, a.c + b.c, a.v + b.v, a.gc + b.gc, a.g + b.g, a.h + b.h).cut()
+            return BallJet(a.space, c, v, a.gc, a._g, a.h, a.is_open)
+        return BallJet(a.space, c, v, a.gc + b.gc, a._g + b._g, a.h + b.h).cut()
 
     def __sub__(self, other):
         return self + -other
 
     def __mul__(self, other):
         a, b = (other, self) if self.gc is None else (self, other)
-        values = a.c * b.c, a.v * b.v
         if b.gc is None:
-            return BallJet(
-                a.space, *values, *(() if a.gc is None else (a.gc * b.c, a.g * b.v, a.h * b.v))
-            )
+            parts = () if a.gc is None else (a.gc * b.c, a._g * b._v, a.h * b._v, a.is_open)
+            return BallJet(a.space, a.c * b.c, a._v * b._v, *parts)
+        values = a.c * b.c, a.v * b.v
         mixed = a.g * b.g.transpose()
         return BallJet(
             a.space,
@@ -355,7 +377,7 @@ def join_jets(jets, join):
             [join(list(x)) for x in zip(*(jet.derivatives[k].entries() for jet in jets))]
             for k in range(3)
         ]
-        result.gc, result.g, result.h = (
+        result.gc, result._g, result.h = (
             arb_mat(n, columns, part) for columns, part in zip((1, 1, n), parts)
         )
     return result
@@ -731,7 +753,7 @@ class ProofProgram:
                         .entries()
                     )
                     for y, value in zip(solved[arguments], direct):
-                        y.v = y.v.intersection(value)
+                        y.meet(value)
             return solved[arguments][k]
 
         def floor(x):
@@ -1100,7 +1122,7 @@ class BoundedCycle:
             pairs = [(jet - mean, share) for jet, share in pairs]
         squares = [(jet**2, share, square_ball(jet.v)) for jet, share in pairs]
         for jet, _, value in squares:
-            jet.v = jet.v.intersection(value)
+            jet.meet(value)
         mean = add_up([jet.average() * share for jet, share, _ in squares])
         return mean if measure["measure"] == "variance" else mean.call("sqrt")
 
