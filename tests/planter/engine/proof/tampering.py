@@ -104,7 +104,7 @@ def _spoil_keys(document: Document) -> Changes:
     yield from _put(("generated", module), "", "0" * 63, "g" * 64, "0" * 65, None, 0)
     yield from _pop("quantities", 0)
     yield from _pop("parameters", -1)
-    yield from _put(("parameters", 0), document["parameters"][1], "", 1)
+    yield from _put(("parameters", 0), *document["parameters"][1:2], "", 1)
 
 
 def _change_numbers(document: Document) -> Changes:
@@ -115,9 +115,8 @@ def _change_numbers(document: Document) -> Changes:
         ("incumbent", "x", 0),
         ("box", 0, 0),
         ("box", 1, 1),
-        ("terms", 0, "weight"),
-        ("terms", 1, "weight"),
         ("terms", 0, "angle_deg"),
+        *(("terms", index, "weight") for index in range(len(document["terms"]))),
     ]
     for index, node in _list_kinds(document):
         places += [("nodes", index, "bound")] if "bound" in node else []
