@@ -8,7 +8,7 @@ in another arithmetic, without planter; its rules for what a file may state are 
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from fractions import Fraction
 from pathlib import Path
@@ -441,7 +441,7 @@ def read_objective(document: Mapping[str, Any]) -> ProvableObjective:
     )
 
 
-def _write(values: Array) -> list[str]:
+def _write(values: Iterable[float]) -> list[str]:
     return [float(value).hex() for value in values]
 
 

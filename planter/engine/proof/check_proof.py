@@ -23,7 +23,7 @@ import math
 import random
 import re
 import sys
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from fractions import Fraction
 from pathlib import Path
@@ -480,7 +480,7 @@ def enclose_roots(space, k, start, residual):
     return jets, at, radii
 
 
-def differentiate(steps, outputs, count):
+def differentiate(steps: Iterable, outputs: Iterable, count: int) -> tuple:
     """Return the steps and the results of a program (name, arguments, numbers), followed by the
     derivatives of each result in the first `count` inputs.
     """
@@ -639,7 +639,7 @@ def find_plainly(steps, outputs, guess, inputs):
     raise ArithmeticError("Newton's method does not converge")
 
 
-def follow_plainly(stages, starts, points):
+def follow_plainly(stages: Sequence, starts: Sequence, points: Sequence) -> list:
     """Return near roots, for each stage that has some, at points (design, angle) along a way.
 
     A stage is (steps, results, places of inputs, places of values, number of roots); the first
@@ -663,7 +663,9 @@ def follow_plainly(stages, starts, points):
     return way + [None] * (len(points) - len(way))
 
 
-def list_cells(origin, lower, upper, turn, count):
+def list_cells(
+    origin: Sequence, lower: Sequence, upper: Sequence, turn: float, count: int
+) -> tuple:
     """Return the cells [low, high] of designs and an angle (the last entry) through which roots are
     followed from a design `origin` at the angle 0, and the points at their ends.
 
@@ -1707,8 +1709,8 @@ def state_claim(document: Mapping) -> str:
         f" Without any effect, as no result takes them: {', '.join(without)}." if without else ""
     )
     machine, *trusted = (entry.partition(": ")[2] for entry in document["trusted"][:4])
-    scope = f"{machine.removeprefix('response has the results of ')}: of {trusted[0]}, with the "
-    return f"{scope}limits {trusted[1]}, for {trusted[2]}: {claim}; {known}{gap}.{names}"
+    scope = f"{machine.removeprefix('response has the results of ')}: of {trusted[0]}"
+    return f"{scope}, for {trusted[2]}, limits: {trusted[1]}: {claim}; {known}{gap}.{names}"
 
 
 def check_in_processes(path, processes, jobs):

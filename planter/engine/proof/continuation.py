@@ -81,8 +81,8 @@ class RootWay:
     ) -> None:
         self.response, self.starts, self.count = response, start.roots, count
         self.turn = TURN * float(response.period)
-        ends = (side.tolist() for side in (start.design, lower, upper))
-        cells, self.points = list_cells(*ends, self.turn, count)
+        origin, *box = (side.tolist() for side in (start.design, lower, upper))
+        cells, self.points = list_cells(origin, box[0], box[1], self.turn, count)
         self.low, self.high = np.array(cells).transpose(1, 2, 0)
         self.stages, place = list[Any](), response.parameters + 1
         for index, stage in enumerate(response.stages):

@@ -114,7 +114,7 @@ def _change_numbers(document: Document) -> Changes:
         ("incumbent", "upper_bound"),
         ("incumbent", "x", 0),
         ("box", 0, 0),
-        ("box", 1, 1),
+        ("box", 1, -1),
         ("terms", 0, "angle_deg"),
         *(("terms", index, "weight") for index in range(len(document["terms"]))),
     ]
