@@ -54,7 +54,7 @@ UNREADABLE = ValueError, LookupError, TypeError
 
 @dataclass(frozen=True)
 class ProvedMachine:
-    """What a proof is of: `names` of the parameters with their `scales`, SI units per unit of the
+    """A machine of which something is proved: `names` of the parameters with their `scales`, SI units per unit of the
     name; hashes `sources` of generated modules by name; the `source` of its machine, in a `model`
     if there are several, whose numbers are those there but for `changes`. `inputs` are numbers that
     the generated functions take besides the parameters, for who calls them without planter.
@@ -70,8 +70,8 @@ class ProvedMachine:
 
     def to_document(self, objective: ProvableObjective) -> dict[str, Any]:
         """Return it as a part of the file of a proof of an objective."""
-        labels = zip(objective.quantities, objective.factors, strict=True)
-        quantities = [{**asdict(one), "factor": float(factor).hex()} for one, factor in labels]
+        pairs = zip(objective.quantities, objective.factors, strict=True)
+        quantities = [{**asdict(entry), "factor": float(factor).hex()} for entry, factor in pairs]
         machine = {"source": self.source, "model": self.model, "changes": dict(self.changes)}
         return {
             "generated": dict(self.sources),
@@ -356,10 +356,10 @@ def _compare_machine(document: Mapping[str, Any], rebuild: Rebuild) -> None:
 
 def _compare_assembly(stated: Mapping[str, Any], ours: Mapping[str, Any], source: str) -> None:
     pairs = zip(stated["roots"], ours["roots"], strict=True)
-    for theirs, roots in ((_read(one), _read(other)) for one, other in pairs):
+    for theirs, roots in (map(_read, pair) for pair in pairs):
         gaps = np.abs(theirs - roots)
-        whole = np.abs(gaps - 2 * np.pi * np.round(gaps / (2 * np.pi)))
-        if not (np.minimum(gaps, whole) <= MEANT * (1 + np.abs(roots))).all():
+        rests = np.abs(gaps - 2 * np.pi * np.round(gaps / (2 * np.pi)))
+        if not (np.minimum(gaps, rests) <= MEANT * (1 + np.abs(roots))).all():
             raise RefusedError(f"assembly is not the one in which {source} begins its cycle")
 
 

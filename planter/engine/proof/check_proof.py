@@ -480,19 +480,19 @@ def enclose_roots(space, k, start, residual):
     return jets, at, radii
 
 
-def differentiate(steps: Iterable, outputs: Iterable, count: int) -> tuple:
+def append_jacobian(steps: Iterable, outputs: Iterable, count: int) -> tuple:
     """Return the steps and the results of a program (name, arguments, numbers), followed by the
     derivatives of each result in the first `count` inputs.
     """
     steps = [(name, tuple(a), tuple(numbers)) for name, a, numbers in steps]
-    known = {step: n for n, step in reversed(list(enumerate(steps)))}
+    indices = {step: n for n, step in reversed(list(enumerate(steps)))}
 
     def put(name, *arguments, numbers=()):
         step = (name, arguments, tuple(map(float, numbers)))
-        if step not in known:
-            known[step] = len(steps)
+        if step not in indices:
+            indices[step] = len(steps)
             steps.append(step)
-        return known[step]
+        return indices[step]
 
     def number(value):
         return put("constant", numbers=[value])
@@ -648,17 +648,17 @@ def follow_plainly(stages: Sequence, starts: Sequence, points: Sequence) -> list
     """
     way, roots = [], starts
     for x, phi in points:
-        values, found = dict(enumerate([*x, phi])), []
+        values, nearest = dict(enumerate([*x, phi])), []
         try:
             for steps, outputs, inputs, places, size in stages:
                 arguments = [values[k] for k in inputs]
                 if size:
-                    found.append(find_plainly(steps, outputs, roots[len(found)], arguments))
-                results = found[-1] if size else evaluate_plainly(steps, outputs, arguments)
+                    nearest.append(find_plainly(steps, outputs, roots[len(nearest)], arguments))
+                results = nearest[-1] if size else evaluate_plainly(steps, outputs, arguments)
                 values.update(zip(places, results))
         except (ArithmeticError, ValueError):
             break
-        roots = found
+        roots = nearest
         way.append(roots)
     return way + [None] * (len(points) - len(way))
 
@@ -708,7 +708,7 @@ class ProofProgram:
         ]
         self.outputs, self.size = entry["outputs"], len(entry["limits"])
         if self.size:
-            self.steps, self.outputs = differentiate(self.steps, self.outputs, self.size)
+            self.steps, self.outputs = append_jacobian(self.steps, self.outputs, self.size)
 
     def run(self, space, inputs, script=()):
         """Return the results and, of each condition, answer, others and jumps; `script` gives the
@@ -817,8 +817,8 @@ class ProofProgram:
             return rows[:k], [rows[i : i + k] for i in range(k, k + k * k, k)]
 
         centre = [float(jet.c.mid()) for jet in inputs]
-        near = find_plainly(self.steps, self.outputs, start, centre)
-        return enclose_roots(space, self.size, near, residual)
+        guess = find_plainly(self.steps, self.outputs, start, centre)
+        return enclose_roots(space, self.size, guess, residual)
 
     def run_pieces(self, space, inputs):
         """Return the hulls of all smooth pieces, and whether results may jump from one to the
@@ -892,7 +892,7 @@ class Response:
             if program.size:
                 ball = branch.find_ball(number - 1, phi)
                 results, _, _ = program.find_roots(space, arguments, ball[0])
-                if not holds(ball, [jet.c for jet in results]):
+                if not has_values(ball, [jet.c for jet in results]):
                     raise NoBound("the roots of a box are not those that are meant")
             else:
                 results = program.run_smooth(space, arguments)
@@ -919,12 +919,12 @@ class Response:
         return [sum(shares[1:], shares[0]) for shares in zip(*sides)]
 
 
-def holds(ball, values):
+def has_values(ball, values):
     """Return whether a ball, points and radii, holds values."""
     return ball is not None and all(abs(value - x) <= r for x, r, value in zip(*ball, values))
 
 
-class RootBranch:
+class FollowedRoots:
     """The roots that are meant over a box, followed to it from the assembly in the file.
 
     Each of the equal parts of a period (one for roots that no angle changes) has balls with one
@@ -941,12 +941,12 @@ class RootBranch:
         for parts in PARTS if not all(response.rooted) else (0,):
             self.count = math.ceil(parts * response.period)
             cells, points = list_cells(origin, lower, upper, self.turn, self.count)
-            known = self._follow(response, starts, cells, points)
-            if all(known):
+            reached = self._follow(response, starts, cells, points)
+            if all(reached):
                 break
         first = len(cells) - self.count
         for number, fixed in enumerate(response.rooted):
-            part = known[first - 1 : first] if fixed else known[first:]
+            part = reached[first - 1 : first] if fixed else reached[first:]
             self.parts.append([balls and balls[number] for balls in part])
 
     def _follow(self, response, starts, cells, points):
@@ -955,7 +955,7 @@ class RootBranch:
         way = [points[0]]
         for middle, point in zip(middles, points[1:]):
             way += [(middle[:-1], middle[-1]), point]
-        first, near = len(cells) - self.count, follow_plainly(response.plain, starts, way)
+        first, guesses = len(cells) - self.count, follow_plainly(response.plain, starts, way)
 
         def enclose(low, high, guesses):
             space = BoxSpace(low, high, 0)
@@ -965,33 +965,35 @@ class RootBranch:
             except (ArithmeticError, RefusedError):
                 return None
 
-        def enclose_all(near):
-            balls = [enclose(*cell, guesses) for cell, guesses in zip(cells, near[1::2])]
-            ends = [enclose([*x, phi], [*x, phi], g) for (x, phi), g in zip(points, near[::2])]
+        def enclose_all(way):
+            balls = [enclose(*cell, guesses) for cell, guesses in zip(cells, way[1::2])]
+            ends = [enclose([*x, phi], [*x, phi], q) for (x, phi), q in zip(points, way[::2])]
             balls = [roots and [(at, radii) for _, at, radii in roots] for roots in balls]
             ends = [roots and [[jet.c for jet in jets] for jets, _, _ in roots] for roots in ends]
             return balls, ends
 
         def are_held(balls, values):
-            return bool(balls and values) and all(map(holds, balls, values))
+            return bool(balls and values) and all(map(has_values, balls, values))
 
         def join(balls, ends):
             return [are_held(*x) and are_held(x[0], y) for *x, y in zip(balls, ends, ends[1:])]
 
-        balls, ends = enclose_all(near)
+        balls, ends = enclose_all(guesses)
         is_meant = bool(ends[0]) and all(
             abs(x - value) <= MEANT * (1 + abs(x))
             for start, values in zip(starts, ends[0])
             for x, value in zip(start, values)
         )
         forward = itertools.accumulate(join(balls, ends), lambda a, b: a and b, initial=is_meant)
-        known = list(forward)[1:]
-        if self.count == 0 or not all(known[:first]):
-            return [ball if is_known else None for ball, is_known in zip(balls, known)]
+        reached = list(forward)[1:]
+        if self.count == 0 or not all(reached[:first]):
+            return [ball if is_known else None for ball, is_known in zip(balls, reached)]
+
+        is_begun = are_held(balls[first], ends[first])
 
         def is_closed(ends):
             """Return whether the roots after a period are those at its begin, but for turns."""
-            if not ends[-1]:
+            if not (is_begun and ends[-1]):
                 return False
             turned = []
             for values, (at, _) in zip(ends[-1], balls[first]):
@@ -1001,15 +1003,15 @@ class RootBranch:
                 turned.append([value - 2 * arb.pi() * n for value, n in zip(values, turns)])
             return are_held(balls[first], turned)
 
-        if all(known):
+        if all(reached):
             return balls if is_closed(ends) else [None] * len(balls)
-        back = follow_plainly(response.plain, near[2 * first], way[: 2 * first : -1])
-        others, ends = enclose_all([*near[: 2 * first + 1], *back[::-1]])
-        joined = join(others, ends)[::-1]
+        back = follow_plainly(response.plain, guesses[2 * first], way[: 2 * first : -1])
+        backs, ends = enclose_all([*guesses[: 2 * first + 1], *back[::-1]])
+        joined = join(backs, ends)[::-1]
         backward = list(itertools.accumulate(joined, lambda a, b: a and b, initial=is_closed(ends)))
         return [
             ball if is_known else other if is_back else None
-            for ball, other, is_known, is_back in zip(balls, others, known, backward[:0:-1])
+            for ball, other, is_known, is_back in zip(balls, backs, reached, backward[:0:-1])
         ]
 
     def find_ball(self, number, phi):
@@ -1206,7 +1208,7 @@ class ProofClaims:
         """Return the roots that are meant over a box, remembered for its parts."""
         key = tuple(lower), tuple(upper)
         if key not in self._branches:
-            self._branches[key] = RootBranch(self.response, self._assembly, lower, upper)
+            self._branches[key] = FollowedRoots(self.response, self._assembly, lower, upper)
         return self._branches[key]
 
     def bound(self, lower, upper, domain, evidence):
@@ -1394,10 +1396,10 @@ def is_continuous_choice(steps, n):
     def is_minus(k, m):
         return steps[k][0] == "negate" and steps[k][1] == [m]
 
-    (asked,) = steps[n][1]
-    parts = steps[asked][1] if steps[asked][0] == "add" else []
+    (argument,) = steps[n][1]
+    parts = steps[argument][1] if steps[argument][0] == "add" else []
     zeros = [k for k in parts if steps[k] == ["constant", [], ["0x0.0p+0"]]]
-    alone = [k for k in parts if k not in zeros] if zeros else [asked]
+    alone = [k for k in parts if k not in zeros] if zeros else [argument]
     for name, arguments, _ in steps:
         if n not in arguments:
             continue
@@ -1519,14 +1521,14 @@ def check_form(document: Mapping) -> None:
         rows = [row for part in parts for row in part.get("rates", [])]
         reason = f"evidence must have a rate for each of {count} parameters"
         refuse_unless(all(len(row) == count for row in rows), reason)
-    known = count + 1
+    size = count + 1
     for stage in response["stages"]:
         check_program(stage)
-        are_earlier = all(is_whole(k, 0, known - 1) for k in stage["inputs"])
+        are_earlier = all(is_whole(k, 0, size - 1) for k in stage["inputs"])
         refuse_unless(are_earlier, "an input of a stage is none of the values before it")
         roots = len(stage["limits"])
         refuse_unless(not roots or len(stage["outputs"]) == roots, "roots need as many equations")
-        known += len(stage["outputs"])
+        size += len(stage["outputs"])
     refuse_unless(not response["stages"][-1]["limits"], "the last stage has roots")
     check_assembly(document)
     check_nodes(document)
@@ -1622,8 +1624,8 @@ def list_ineffective(document):
         size, rests = len(stage["limits"]), []
         parts = [set()] * size + [needed[k] for k in stage["inputs"]]
         for name, arguments, numbers in stage["operations"]:
-            own = parts[int(float.fromhex(numbers[0]))] if name == "input" else set()
-            rests.append(own.union(*(rests[a] for a in arguments)))
+            taken = parts[int(float.fromhex(numbers[0]))] if name == "input" else set()
+            rests.append(taken.union(*(rests[a] for a in arguments)))
         results = [rests[k] for k in stage["outputs"]]
         needed += [set().union(*results)] * size if size else results
     used = set().union(*needed[len(needed) - len(response["stages"][-1]["outputs"]) :])
@@ -1696,7 +1698,7 @@ def state_claim(document: Mapping) -> str:
         else f"no design is below {write_number(bound)}"
     )
     reached = entry["upper_bound"]
-    known = (
+    incumbent = (
         "no design was enclosed"
         if reached is None
         else f"the design {design} is at most {write_number(reached)}"
@@ -1710,7 +1712,7 @@ def state_claim(document: Mapping) -> str:
     )
     machine, *trusted = (entry.partition(": ")[2] for entry in document["trusted"][:4])
     scope = f"{machine.removeprefix('response has the results of ')}: of {trusted[0]}"
-    return f"{scope}, for {trusted[2]}, limits: {trusted[1]}: {claim}; {known}{gap}.{names}"
+    return f"{scope}, for {trusted[2]}, limits: {trusted[1]}: {claim}; {incumbent}{gap}.{names}"
 
 
 def check_in_processes(path, processes, jobs):
@@ -1824,8 +1826,8 @@ def compare_assembly(xp, module, document):
     start = list(map(float, module.assembly(xp, fill_data(document, x))))
     steps, outputs, inputs, *_ = next(stage for stage in PROOF.response.plain if stage[-1])
     values = [*x, 0.0]
-    found = find_plainly(steps, outputs, start, [values[k] for k in inputs])
-    gaps = [abs(a - b) for a, b in zip(found, roots)]
+    nearest = find_plainly(steps, outputs, start, [values[k] for k in inputs])
+    gaps = [abs(a - b) for a, b in zip(nearest, roots)]
     is_same = all(
         min(gap, abs(gap - 2 * math.pi * round(gap / 2 / math.pi))) < MEANT for gap in gaps
     )
@@ -1857,9 +1859,9 @@ def call_device(xp, module, path, document, x, phi):
         arguments += [parameters, curve.prologue(xp, parameters, terms)]
         contacts.append(curve.contact)
         first += count
-    given = [x[: inputs["mounting"]], *arguments, constants]
-    still = module.prologue(xp, *given, *contacts)
-    return module.lane(xp, phi, *given, still, *contacts)
+    fixed = [x[: inputs["mounting"]], *arguments, constants]
+    still = module.prologue(xp, *fixed, *contacts)
+    return module.lane(xp, phi, *fixed, still, *contacts)
 
 
 def compare_module(document, path):
@@ -1868,7 +1870,7 @@ def compare_module(document, path):
     """
     xp, (module, text) = importlib.import_module("numpy"), load_module(path)
     digest, compared = hashlib.sha256(text.encode()).hexdigest(), 0
-    known = "" if digest in document["generated"].values() else ", which has another hash"
+    remark = "" if digest in document["generated"].values() else ", which has another hash"
     if document["assembly"] and "data" in document["machine"]["inputs"]:
         compare_assembly(xp, module, document)
     gaps, rows = [], []
@@ -1892,7 +1894,7 @@ def compare_module(document, path):
     is_same = all(abs(a - b) <= SAME * largest for a, b in rows)
     refuse_unless(rows and is_same, f"--machine: the programs are not those of {path}")
     refuse_unless(all(abs(gap) <= SAME for gap in gaps), f"--machine: {path} has other loops")
-    return f"Compared with {path}{known}, at {compared} random points of the box."
+    return f"Compared with {path}{remark}, at {compared} random points of the box."
 
 
 def read_file(path):

@@ -98,19 +98,19 @@ class RootWay:
         way: list[Any] = [self.points[0]]
         for middle, point in zip(middles, self.points[1:], strict=True):
             way += [(middle[:-1], middle[-1]), point]
-        first, near = len(middles) - self.count, follow_plainly(self.stages, self.starts, way)
-        cells = self._enclose(near)
-        known = np.logical_and.accumulate(cells.is_joined) & self._is_meant(cells)
-        if not self.count or not known[:first].all():
-            return self._build(cells, known)
-        if known.all():
-            return self._build(cells, known & cells.is_closed(cells, first))
-        back = follow_plainly(self.stages, near[2 * first], way[: 2 * first : -1])
-        others = self._enclose([*near[: 2 * first + 1], *back[::-1]])
-        ends = np.logical_and.accumulate(others.is_joined[::-1])[::-1]
-        ends &= others.is_closed(cells, first)
-        balls = [np.where(known, *pair) for pair in zip(cells.balls, others.balls, strict=True)]
-        return self._build(replace(cells, balls=balls), known | ends)
+        first, guesses = len(middles) - self.count, follow_plainly(self.stages, self.starts, way)
+        cells = self._enclose(guesses)
+        reached = np.logical_and.accumulate(cells.is_joined) & self._is_meant(cells)
+        if not self.count or not reached[:first].all():
+            return self._build(cells, reached)
+        if reached.all():
+            return self._build(cells, reached & cells.is_closed(cells, first))
+        back = follow_plainly(self.stages, guesses[2 * first], way[: 2 * first : -1])
+        backs = self._enclose([*guesses[: 2 * first + 1], *back[::-1]])
+        ends = np.logical_and.accumulate(backs.is_joined[::-1])[::-1]
+        ends &= backs.is_closed(cells, first)
+        balls = [np.where(reached, *pair) for pair in zip(cells.balls, backs.balls, strict=True)]
+        return self._build(replace(cells, balls=balls), reached | ends)
 
     def _is_meant(self, cells: CellRoots) -> bool:
         """Return whether the roots at the origin are those from which the way starts."""
@@ -119,28 +119,28 @@ class RootWay:
             for joint, start in zip(cells.joints, map(np.array, self.starts), strict=True)
         )
 
-    def _enclose(self, near: Sequence[Any]) -> CellRoots:
-        """Return the roots of all cells near some numbers, and those at the points between them."""
+    def _enclose(self, guesses: Sequence[Any]) -> CellRoots:
+        """Return the roots of all cells guesses some numbers, and those at the points between them."""
         points = np.array([[*x, phi] for x, phi in self.points]).T
         balls = [
             np.array([roots.points, roots.radii])
-            for roots in self._find_roots(near[1::2], self.low, self.high)
+            for roots in self._find_roots(guesses[1::2], self.low, self.high)
         ]
         joints = []
-        for roots in self._find_roots(near[::2], points, points):
+        for roots in self._find_roots(guesses[::2], points, points):
             values = [jet.repeated(points.shape[1]).value[CENTRE] for jet in roots.jets]
             joints.append(np.array([[ball.low for ball in values], [ball.high for ball in values]]))
         return CellRoots(balls, joints)
 
-    def _find_roots(self, near: Sequence[Any], low: Array, high: Array) -> list[EnclosedRoots]:
+    def _find_roots(self, numbers: Sequence[Any], low: Array, high: Array) -> list[EnclosedRoots]:
         """Return the roots of each stage over boxes of designs and angles (p + 1, lanes), NaN in
         lanes without any.
         """
         lanes = low.shape[1]
         guesses = [np.full((len(start), lanes), np.nan) for start in self.starts]
-        for lane, roots in enumerate(near):
-            for values, numbers in zip(guesses, roots or (), strict=False):
-                values[:, lane] = numbers
+        for lane, roots in enumerate(numbers):
+            for values, root in zip(guesses, roots or (), strict=False):
+                values[:, lane] = root
         space = Space(low, high)
         try:
             with np.errstate(all="ignore"):
@@ -150,12 +150,12 @@ class RootWay:
             empty = [np.full_like(values, np.nan) for values in guesses]
             return [EnclosedRoots([nothing] * len(part), part, part) for part in empty]
 
-    def _build(self, cells: CellRoots, known: Flags) -> RootBranch:
-        first, chosen = len(known) - self.count, []
+    def _build(self, cells: CellRoots, reached: Flags) -> RootBranch:
+        first, chosen = len(reached) - self.count, []
         for index, ball in zip(self.response.rooted, cells.balls, strict=True):
             is_fixed = self.response.fixed[index]
             part = slice(first - 1, first) if is_fixed else slice(first, None)
-            chosen.append(np.where(known, ball, np.nan)[:, :, part])
+            chosen.append(np.where(reached, ball, np.nan)[:, :, part])
         return RootBranch(self.turn, tuple(b[0] for b in chosen), tuple(b[1] for b in chosen))
 
 
@@ -171,23 +171,24 @@ class CellRoots:
     @property
     def is_joined(self) -> Flags:
         """Whether each cell has the roots at both of its points, (cells,)."""
-        held = [
+        flags = [
             _is_inside(ball, joint[:, :, :-1]) & _is_inside(ball, joint[:, :, 1:])
             for ball, joint in zip(self.balls, self.joints, strict=True)
         ]
-        return np.asarray(np.logical_and.reduce(held))
+        return np.asarray(np.logical_and.reduce(flags))
 
     def is_closed(self, other: CellRoots, first: int) -> bool:
-        """Return whether the roots at the last point are those of the `first` cell of the period,
-        but for whole turns.
+        """Return whether the roots at the last point are those that others have at the begin of the
+        `first` cell of the period, but for whole turns.
         """
-        held = []
-        for ball, joint in zip(other.balls, self.joints, strict=True):
+        flags = []
+        for ball, begin, joint in zip(other.balls, other.joints, self.joints, strict=True):
+            flags.append(bool(_is_inside(ball[:, :, first], begin[:, :, first])))
             turns = TURN * np.round((joint[0, :, -1] - ball[0, :, first]) / TURN)
             margin = 8 * U * (np.abs(joint[:, :, -1]) + np.abs(turns))
             ends = joint[:, :, -1] - turns + np.array([-margin[0], margin[1]])
-            held.append(bool(_is_inside(ball[:, :, first], ends)))
-        return all(held)
+            flags.append(bool(_is_inside(ball[:, :, first], ends)))
+        return all(flags)
 
 
 def _is_inside(ball: Array, ends: Array) -> Flags:

@@ -202,7 +202,7 @@ class ResponseProgram:
         lanes = np.split(np.arange(len(middle)), len(branches))
         pairs = list(zip(branches, lanes, strict=True))
         guesses = np.concatenate(
-            [one.find_near(number, middle[part]) for one, part in pairs], axis=1
+            [branch.find_near(number, middle[part]) for branch, part in pairs], axis=1
         )
         if np.isnan(guesses).all():
             raise Unbounded("loops are not closed in the assembly that is meant")
@@ -211,8 +211,8 @@ class ResponseProgram:
         centres = [jet.value[CENTRE] for jet in jets]
         is_meant = np.concatenate(
             [
-                one.holds(number, middle[part], ends[:, part], [ball[part] for ball in centres])
-                for one, part in pairs
+                branch.holds(number, middle[part], ends[:, part], [ball[part] for ball in centres])
+                for branch, part in pairs
             ]
         )
         if not is_meant.any():

@@ -327,7 +327,9 @@ class ProvableObjective:
             if len(boxes) == 1:
                 return [error]
             pairs = zip(boxes, evidence, strict=True)
-            return [result for box, one in pairs for result in self._bound_batch([box], [one])]
+            return [
+                result for box, choice in pairs for result in self._bound_batch([box], [choice])
+            ]
         return [self._bound_cycle(*pair) for pair in zip(boxes, cycles, strict=True)]
 
     def find_branch(self, domain: Box | None) -> RootBranch:
@@ -351,7 +353,7 @@ class ProvableObjective:
         ends = [np.repeat(np.array(side).T, count, axis=1) for side in zip(*boxes, strict=True)]
         space = Space(*(ends if len(boxes) > 1 else boxes[0]))
         spaces = [Space(*box) for box in boxes]
-        branches = [self.find_branch(one.domain) for one in evidence]
+        branches = [self.find_branch(choice.domain) for choice in evidence]
         phi = list_angles(self._turns * len(boxes))
         jets = self.response.enclose(space, space.constant(phi), branches)
         cycles = []

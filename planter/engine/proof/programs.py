@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from planter.engine.proof import intervals
-from planter.engine.proof.check_proof import differentiate
+from planter.engine.proof.check_proof import append_jacobian
 from planter.engine.proof.intervals import PI, Ball, Branches, Unbounded
 from planter.engine.proof.jets import ANYWHERE, Jet, Space, packed_size
 from planter.engine.proof.roots import solve_linear_jets
@@ -79,7 +79,7 @@ class RecordedProgram:
     @cached_property
     def solver(self) -> RecordedProgram:
         """The program with the Jacobian of its results in its first inputs, one for each limit."""
-        steps, outputs = differentiate(self.operations, self.outputs, len(self.limits))
+        steps, outputs = append_jacobian(self.operations, self.outputs, len(self.limits))
         return RecordedProgram(tuple(RecordedStep(*step) for step in steps), tuple(outputs))
 
     def to_document(self) -> dict[str, Any]:

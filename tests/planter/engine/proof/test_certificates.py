@@ -287,10 +287,10 @@ def test_continuous_choices_follow_from_the_form_of_a_program() -> None:
     for code, is_continuous in codes:
         program = record_program(lambda xp, x, code=code: [code(xp, x)], 2).to_document()
         steps = program["operations"]
-        asked = [n for n, step in enumerate(steps) if step[0] == "below"]
-        assert asked
+        conditions = [n for n, step in enumerate(steps) if step[0] == "below"]
+        assert conditions
         plain = json.loads(json.dumps(steps))
-        assert all(check_proof.is_continuous_choice(plain, n) for n in asked) is is_continuous
+        assert all(check_proof.is_continuous_choice(plain, n) for n in conditions) is is_continuous
 
 
 def test_exchanged_parameter_names_do_not_keep_the_statement() -> None:

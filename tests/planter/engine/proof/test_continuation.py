@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from planter.engine.proof import check_proof, continuation
-from planter.engine.proof.check_proof import differentiate, evaluate_plainly
+from planter.engine.proof.check_proof import append_jacobian, evaluate_plainly
 from planter.engine.proof.continuation import AssemblyStart
 from planter.engine.proof.enclosures import ResponseProgram, ResponseRecorder, RootBranch
 from planter.engine.proof.intervals import Unbounded
@@ -58,7 +58,7 @@ def follow_apart(response: ResponseProgram, lower: Array, upper: Array, *roots: 
     """Return the balls of the independent checker, None where roots were not followed to."""
     document = AssemblyStart(LOWER, [list(roots)]).to_document()
     programs = check_proof.Response(response.to_document())
-    branch = check_proof.RootBranch(programs, document, lower.tolist(), upper.tolist())
+    branch = check_proof.FollowedRoots(programs, document, lower.tolist(), upper.tolist())
     balls: list[Any] = branch.parts[0]
     return balls
 
@@ -78,8 +78,8 @@ def test_roots_of_the_assembly_that_is_meant_are_enclosed(name: str) -> None:
             k = int(phi / (2 * np.pi) * len(balls))
             radius = branch.radii[0][0, k]
             assert abs(root - part) <= radius < abs(other - part)
-            (point,), (apart,) = balls[k]
-            assert abs(root - point) <= float(apart) < abs(other - point)
+            (point,), (radius_apart,) = balls[k]
+            assert abs(root - point) <= float(radius_apart) < abs(other - point)
     (jet,) = enclose_samples(SWING, Space(LOWER, UPPER), 12, AssemblyStart(LOWER, [[start]]))
     sign = 1 if start == 0 else -1
     assert (sign * jet.value.mid[ANYWHERE] > 0.8).all()
@@ -89,13 +89,13 @@ def test_dead_points_end_the_way_from_both_sides() -> None:
     """A crank as long as the rod is in line with it at 90 and 270 deg."""
     lower, upper = np.array([0.98]), np.array([1.02])
     branch = follow(SWING, lower, upper, 0.0)
-    known = ~np.isnan(branch.radii[0][0])
-    angles = (np.arange(len(known)) + 0.5) / len(known) * 2 * np.pi
-    assert not known[np.abs(np.cos(angles)) < 0.2].any()
-    assert not known[np.cos(angles) < 0].any(), "beyond dead points no assembly is known"
-    assert known[np.cos(angles) > 0.5].all(), "before and after the cycle's begin it is"
-    apart = [ball is not None for ball in follow_apart(SWING, lower, upper, 0.0)]
-    assert np.array_equal(apart, known)
+    is_reached = ~np.isnan(branch.radii[0][0])
+    angles = (np.arange(len(is_reached)) + 0.5) / len(is_reached) * 2 * np.pi
+    assert not is_reached[np.abs(np.cos(angles)) < 0.2].any()
+    assert not is_reached[np.cos(angles) < 0].any(), "beyond dead points no assembly is is_reached"
+    assert is_reached[np.cos(angles) > 0.5].all(), "before and after the cycle's begin it is"
+    ours = [ball is not None for ball in follow_apart(SWING, lower, upper, 0.0)]
+    assert np.array_equal(ours, is_reached)
 
 
 def test_roots_that_do_not_return_after_a_period_are_not_meant() -> None:
@@ -132,9 +132,9 @@ def test_neighbours_with_other_roots_are_not_joined(monkeypatch: pytest.MonkeyPa
 
     for module in (continuation, check_proof):
         monkeypatch.setattr(module, "follow_plainly", change)
-    known = ~np.isnan(follow(SWING, LOWER, UPPER, 0.0).radii[0][0])
-    assert known[:20].all()
-    assert not known.all()
+    is_reached = ~np.isnan(follow(SWING, LOWER, UPPER, 0.0).radii[0][0])
+    assert is_reached[:20].all()
+    assert not is_reached.all()
     assert not all(follow_apart(SWING, LOWER, UPPER, 0.0))
 
 
@@ -148,7 +148,7 @@ def smooth(xp: Any, inputs: Sequence[Any]) -> Sequence[Any]:
 
 def test_derivatives_of_programs_are_those_of_differences() -> None:
     program = record_program(smooth, 3)
-    steps, outputs = differentiate(program.operations, program.outputs, 2)
+    steps, outputs = append_jacobian(program.operations, program.outputs, 2)
     x, step = np.array([0.8, 0.3, -0.4]), 1e-6
     rows = evaluate_plainly(steps, outputs, x.tolist())
     assert rows[:3] == evaluate_plainly(program.operations, program.outputs, x.tolist())
