@@ -393,7 +393,9 @@ def _check_node(objective: ProvableObjective, node: BoxNode, place: int) -> None
         )
     if len(node.children) == 1:
         (side,) = node.children
-        rising, falling = bounds.slopes.low >= 0, bounds.slopes.high <= 0
+        slopes = bounds.slopes
+        is_zero = (slopes.mid == 0) & (slopes.rad == 0)  # of a parameter that no result takes
+        rising, falling = (slopes.low >= 0) | is_zero, (slopes.high <= 0) | is_zero
         raised, lowered = side.lower > node.lower, side.upper < node.upper
         if bounds.may_jump or (raised & ~falling).any() or (lowered & ~rising).any():
             raise RefusedError(
