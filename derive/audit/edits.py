@@ -34,13 +34,15 @@ class Edit:
     """One replacement: at one place, or of one symbol throughout.
 
     ``swaps`` are symbols for others, where that is the edit: what stands in print, and what should.
-    ``removes`` says whether it takes something away and puts nothing in its place.
+    ``removes`` says whether it takes something away and puts nothing in its place. ``change`` is
+    what stands at the place and what it becomes, None if the swaps are made throughout.
     """
 
     words: tuple[Piece, ...]
     result: Expr
     swaps: tuple[tuple[Quantity, Expr], ...] = ()
     removes: bool = False
+    change: tuple[Basic, Basic] | None = None
 
     @property
     def text(self) -> Said:
@@ -64,12 +66,15 @@ class EditProposal:
 
     def apply(self, expr: Expr) -> Edit:
         """Return the edit of a whole expression."""
-        result = (
-            expr.xreplace(dict(self.swaps))
-            if self.part is None
-            else _replace_part(expr, self.path, self.part)
-        )
-        return Edit(self.words, result, self.swaps, self.removes)
+        if self.part is None:
+            return Edit(self.words, expr.xreplace(dict(self.swaps)), self.swaps, self.removes)
+        result = _replace_part(expr, self.path, self.part)
+        change = _find_part(expr, self.path), self.part
+        return Edit(self.words, result, self.swaps, self.removes, change)
+
+
+def _find_part(expr: Basic, path: tuple[int, ...]) -> Basic:
+    return _find_part(expr.args[path[0]], path[1:]) if path else expr
 
 
 def _replace_part(expr: Basic, path: tuple[int, ...], part: Basic) -> Expr:

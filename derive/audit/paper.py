@@ -19,6 +19,7 @@ from ..equations import UNCLAIMED, Claimed, Equation, Legibility, Relation, Witn
 from ..evaluate import Point
 from ..model import Let, System, Twin
 from ..quantity import Quantity
+from .comparison import solve_for
 from .terms import Equilibrium
 
 Array = NDArray[np.float64]
@@ -127,6 +128,21 @@ class Subject(Protocol):
 
     def folds(self) -> Mapping[sp.Symbol, Expr]:
         """Quantities that a balance holds as differences: each with what is taken from it."""
+        return {}
+
+    def definitions(self) -> Mapping[sp.Symbol, Expr]:
+        """Return quantities by what they are in other quantities: those of the claims that define
+        one, by default.
+        """
+        formulas = {
+            e.defines: solve_for(e.residual, e.defines)
+            for e in self.claims().values()
+            if e.defines is not None
+        }
+        return {s: e for s, e in formulas.items() if s not in e.free_symbols} | self.reactions()
+
+    def reactions(self) -> Mapping[sp.Symbol, Expr]:
+        """Return actions by what they are in other quantities, where a paper need not name them."""
         return {}
 
     def actions(self) -> Mapping[sp.Symbol, str]:

@@ -310,9 +310,7 @@ def _unheld(judgement: Judgement, loose: Mapping[str, Expr]) -> Judgement:
     pieces = [Said(f"{name} is ", left, ", and must be 0") for name, left in loose.items()]
     if judgement.verdict in FAULTS:
         pieces.insert(0, Said(judgement.finding))
-    return replace(
-        judgement, verdict="contradicted", finding=join_parts("; ", pieces), loose=tuple(loose)
-    )
+    return replace(judgement, verdict="contradicted", finding=join_parts("; ", pieces), loose=loose)
 
 
 def _length(judgement: Judgement) -> int:

@@ -18,6 +18,7 @@ from ..equations import Equation
 from ..evaluate import Point
 from ..quantity import NONE, Dimension, DimensionError, dimension, of_unit
 from .case import Case
+from .evidence import write_evidence, write_unjudged
 from .judge import Judgement, explain_unjudged
 from .reading_search import Outcome, derived_side, is_fragile, judge_linked_readings, list_reasons
 from .terms import expand_sum, find_largest_size, holds
@@ -206,24 +207,29 @@ def _sorted(terms: Iterable[Expr]) -> list[Expr]:
 
 Record = dict[str, Any]
 DIGITS = 6
-MATHML = "mathml"
-"""Key of what is typeset of a record; it is written beside the records."""
+MATHML, EVIDENCE = "mathml", "evidence"
+"""Keys of what is typeset of a record, and of what repeats its verdict: written beside the records.
+"""
 _NAMED = ("1", "N", "N m", "N/m", "W")
 _BASE = ("kg", "m", "s")
 
 
 def index_records(
-    records: Iterable[Record], typeset: Mapping[str, Mapping[str, Record]]
+    records: Iterable[Record],
+    typeset: Mapping[str, Mapping[str, Record]],
+    evidence: Iterable[Record],
 ) -> dict[tuple[str, str], Record]:
-    """Records of equations by paper and number, each with what is typeset of it; others are left
-    out.
+    """Records of equations by paper and number, each with what is typeset of it and its evidence;
+    others are left out.
     """
-    pairs = ((r, typeset.get(r["paper"], {}).get(r["equation"])) for r in records)
-    return {
-        (r["paper"], r["equation"]): {**r, MATHML: typeset_record}
-        for r, typeset_record in pairs
-        if typeset_record is not None
-    }
+    proofs = {(proof["paper"], proof["equation"]): proof for proof in evidence}
+    complete = {}
+    for record in records:
+        name = record["paper"], record["equation"]
+        typeset_record = typeset.get(name[0], {}).get(name[1])
+        if typeset_record is not None and name in proofs:
+            complete[name] = {**record, MATHML: typeset_record, EVIDENCE: proofs[name]}
+    return complete
 
 
 def is_reusable(record: Record, key: str) -> bool:
@@ -245,7 +251,8 @@ def record_equations(case: Case, numbers: Sequence[str], key: str) -> list[Recor
 
 def _attempted(case: Case, number: str, key: str, outcome: Outcome) -> Record:
     try:
-        return _recorded(case, number, key, outcome) | _place(case, number)
+        record = _recorded(case, number, key, outcome) | _place(case, number)
+        return record if case.source else record | {EVIDENCE: write_evidence(case, number, outcome)}
     except Exception as error:  # one equation must not end the audit of the others
         return record_unjudged(case, number, key, error)
 
@@ -265,7 +272,7 @@ def record_unjudged(case: Case, number: str, key: str, error: Exception) -> Reco
             record[MATHML]["printed"] = typeset_equation(printed)
         except Exception:  # what cannot be judged may be what cannot be set
             record[MATHML]["printed"] = typeset_sentence(record["printed"])
-    return record | _place(case, number)
+    return record | _place(case, number) | {EVIDENCE: write_unjudged(case, number)}
 
 
 def _build_record(
@@ -477,7 +484,10 @@ def format_records(
     """Format all records without typesetting; ``papers`` hold title and model by name, ``rows``
     those of texts.
     """
-    plain = [{key: part for key, part in record.items() if key != MATHML} for record in records]
+    plain = [
+        {key: part for key, part in record.items() if key not in (MATHML, EVIDENCE)}
+        for record in records
+    ]
     content = {
         "equations": plain,
         "laws": list(laws),

@@ -15,9 +15,11 @@ from typing import Any
 
 from . import key
 from .case import Case, judge_references
+from .evidence import format_evidence
 from .judge import FAULTS, UNJUDGED
 from .laws import ChainLaws, attempted_violation, judge_laws, record_untried_law
 from .record import (
+    EVIDENCE,
     Record,
     count_verdicts,
     describe_law_cause,
@@ -291,8 +293,10 @@ def _shares(law: Record) -> list[str]:
     return [f"**{law['law']}**: {law['owed']}", "", *_table(head, rows)]
 
 
-FILES = ("audit.json", "audit_mathml.json", "AUDIT.md")
-"""What is written: the findings, their formulas typeset, and the findings to read."""
+FILES = ("audit.json", "audit_mathml.json", "verdicts.json", "AUDIT.md")
+"""What is written: the findings, their formulas typeset, what repeats them, and the findings to
+read.
+"""
 Place = tuple[str, str]
 """Name and file of a module, to load it again in another process."""
 
@@ -321,11 +325,15 @@ def judge_cases(modules: Iterable[ModuleType], committed: Path | None = None) ->
     What a committed audit.json says of an equation is used again if it was made from the same.
     Raises ClaimError where an equation claims what its subject does not derive.
     """
-    committed_records, committed_typeset = (
-        _read(committed.with_name(name)) if committed else {} for name in FILES[:2]
+    committed_records, committed_typeset, committed_evidence = (
+        _read(committed.with_name(name)) if committed else {} for name in FILES[:3]
     )
     modules_ = list(modules)
-    reusable = index_records(committed_records.get("equations", []), committed_typeset)
+    reusable = index_records(
+        committed_records.get("equations", []),
+        committed_typeset,
+        committed_evidence.get("records", []),
+    )
     records, laws = judge_modules(modules_, reusable, committed_records.get("laws", []))
     papers = {case.paper.name: _about(case) for case in find_cases(modules_).values()}
     titles = {name: about["title"] for name, about in papers.items()}
@@ -338,9 +346,11 @@ def judge_cases(modules: Iterable[ModuleType], committed: Path | None = None) ->
         if c.source is not None
         for row in c.source.list_rows()
     ]
+    evidence = [record[EVIDENCE] for record in records if EVIDENCE in record]
     texts = (
         format_records(records, laws, cross, papers, rows),
         format_typeset(records),
+        format_evidence(evidence, find_cases(modules_).values()),
         as_page(records, titles, laws, cross),
     )
     return dict(zip(FILES, texts, strict=True))
