@@ -1,15 +1,15 @@
-"""Check verdicts on printed equations without planter and without derive: python check_verdicts.py
-FILE.
+"""Check verdicts on printed equations without planter and without derive:
+python check_verdicts.py FILE.
 
 Trusted are the transcriptions, the meanings that readings give to symbols, the derivations and the
 definitions of derived quantities. Everything else is repeated: that readings lead from a
-transcription to what was judged, that each correction is carried out and needed, that print,
-corrections and missing terms are the derivation, that a term which is called missing does not
-stand in the print under any reading, and that a print which is called wrong fails at its witness
-point. Equality is exact: of rational functions of the quantities and of sines and cosines with
-c2 + s2 = 1. Where other functions remain, it is tried with error bounds at 40 random rational
-points. Needs the standard library and python-flint. Exit code 1 if a verdict does not follow, 2
-for a file that is none; the last line is `valid` or names the first such verdict.
+transcription to what was judged, that each correction is one replacement and is needed, that print,
+corrections and missing terms are the derivation, that a term which is called missing stands in the
+print under no reading, and that a print which is called wrong fails at its witness point. Equality
+is exact: of rational functions of the quantities and of sines and cosines with c2 + s2 = 1. Where
+other functions remain, it is tried with error bounds at 40 random rational points. Needs the
+standard library and python-flint. Exit code 1 if a verdict does not follow, 2 for a file that is
+none; the last line is `valid`, or names the first such verdict.
 """
 
 from __future__ import annotations
@@ -19,366 +19,282 @@ import json
 import operator
 import random
 import sys
+from collections import Counter
+from fractions import Fraction
 from functools import cache, reduce
 from pathlib import Path
 
 from flint import arb, ctx, fmpq, fmpq_mpoly_ctx
 
-SAMPLES, TRIES = 40, 4000
+SAMPLES, TRIES, PLACE = 40, 4000, "_place"
 ctx.prec = 400
 SMALL = arb(10) ** -60
 """What is left of terms of size one where two sides are equal, far above rounding at 400 bits."""
+CLOSE = arb(10) ** -20
+"""The same where values are given to 30 digits."""
+SYMBOLS = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/", ast.BitAnd: "&", ast.BitOr: "|"}
+OPERATORS = {"+": operator.add, "-": operator.sub, "*": operator.mul, "/": operator.truediv}
+OPERATORS |= {"&": operator.and_, "|": operator.or_}
 RELATIONS = {"<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.ge}
+SIGNS = {ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">="}
 FLIPPED = {"=": "=", "<": ">", ">": "<", "<=": ">=", ">=": "<="}
-SOUND, FAULTS = ("confirmed", "confirmed as rebuilt"), ("misprint", "incomplete", "contradicted")
-AST_RELATIONS = {ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">="}
+NAMES = "sin cos tan cot sec csc asin acos atan atan2 sinh cosh tanh exp log sqrt floor"
+FUNCTIONS = {name: getattr(arb, name) for name in NAMES.split()}
+FUNCTIONS |= {"Abs": abs, "Min": arb.min, "Max": arb.max, "sign": arb.sgn}
+COMMON = ["paper", "equation", "legibility", "transcription", "defines", "direction", "values"]
+NOT_LOST, NO_TERM = "the print is not lost", "no term is left over, or one that may not be"
 
 
-class Refused(Exception):
+class RefusedError(Exception):
     """A verdict does not follow from what the file states."""
 
 
-class Undecided(Exception):
+class UndecidedError(Exception):
     """An expression has no real value at a point, or a condition cannot be decided there."""
 
 
-# Expressions: ("num", q), ("sym", name), ("add" | "mul" | "and" | "or", ...), ("pow", b, e),
-# ("call", name, ...), ("case", (expr, condition), ...), ("rel", sign, a, b), ("true",)
+FAILURES = RefusedError, UndecidedError, LookupError, ValueError, TypeError, ArithmeticError
+
+
+def demand(condition, what):
+    """Raise RefusedError with what is wrong unless a condition holds."""
+    if not condition:
+        raise RefusedError(what)
 
 
 @cache
 def parse(text):
-    return convert(ast.parse(text, mode="eval").body)
-
-
-def convert(node):
-    if isinstance(node, ast.Constant):
-        if node.value is True:
-            return ("true",)
-        return ("num", number(str(node.value)))
-    if isinstance(node, ast.Name):
-        return ("true",) if node.id == "True" else ("sym", node.id)
-    if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub):
-        return product(("num", fmpq(-1)), convert(node.operand))
-    if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Invert):
-        return ("not", convert(node.operand))
-    if isinstance(node, ast.BinOp):
-        left, right = convert(node.left), convert(node.right)
-        if isinstance(node.op, ast.Add):
-            return nested("add", left, right)
-        if isinstance(node.op, ast.Sub):
-            return nested("add", left, product(("num", fmpq(-1)), right))
-        if isinstance(node.op, ast.Mult):
-            return product(left, right)
-        if isinstance(node.op, ast.Div):
-            return product(left, power(right, fmpq(-1)))
-        if isinstance(node.op, ast.Pow):
-            return power(left, right[1]) if right[0] == "num" else ("pow", left, right)
-        if isinstance(node.op, ast.BitAnd | ast.BitOr):
-            return ("and" if isinstance(node.op, ast.BitAnd) else "or", left, right)
-    if isinstance(node, ast.Compare) and len(node.ops) == 1:
-        sign = AST_RELATIONS[type(node.ops[0])]
-        return ("rel", sign, convert(node.left), convert(node.comparators[0]))
-    if isinstance(node, ast.Call) and node.func.id == "Piecewise":
-        return ("case", *(tuple(map(convert, pair.elts)) for pair in node.args))
-    if isinstance(node, ast.Call):
-        arguments = tuple(map(convert, node.args))
-        if node.func.id == "sqrt":
-            return power(arguments[0], fmpq(1, 2))
-        return ("call", node.func.id, *arguments)
-    raise ValueError(f"not a formula: {ast.unparse(node)}")
+    return ast.parse(text, mode="eval").body
 
 
 def number(text):
-    if "/" in text:
-        return fmpq(*map(int, text.split("/")))
-    digits, _, exponent = text.lower().partition("e")
-    whole, _, fraction = digits.partition(".")
-    return fmpq(int(whole + fraction)) * fmpq(10) ** (int(exponent or 0) - len(fraction))
+    return fmpq(*Fraction(text).as_integer_ratio())
 
 
-def nested(kind, *parts):
-    """Return a sum or product whose parts are none themselves, in an order of their own."""
-    flat = [x for part in parts for x in (part[1:] if part[0] == kind else (part,))]
-    return flat[0] if len(flat) == 1 else (kind, *sorted(flat, key=repr))
+def difference(first, second):
+    return ast.BinOp(first, ast.Sub(), second)
 
 
-def product(*parts):
-    """Return a product with one number in front."""
-    flat = nested("mul", *parts)
-    if flat[0] != "mul":
-        return flat
-    value = reduce(operator.mul, (p[1] for p in flat[1:] if p[0] == "num"), fmpq(1))
-    rest = [p for p in flat[1:] if p[0] != "num"]
-    return nested("mul", *([("num", value)] if value != 1 or not rest else []), *rest)
+class Meanings(ast.NodeTransformer):
+    """Replaces names by expressions, all at once."""
 
+    def __init__(self, meanings):
+        self.meanings = meanings
 
-def power(base, exponent):
-    if base[0] == "num" and exponent.q == 1 and (exponent >= 0 or base[1] != 0):
-        return ("num", base[1] ** int(exponent))
-    if base[0] == "pow" and base[2][0] == "num" and exponent.q == 1:
-        return power(base[1], base[2][1] * exponent)
-    if base[0] == "mul" and exponent == -1:
-        return product(*(power(part, exponent) for part in base[1:]))
-    return base if exponent == 1 else ("pow", base, ("num", exponent))
-
-
-def rebuild(tree, change):
-    """Return a tree with its parts changed by a function."""
-    if tree[0] in ("num", "sym", "true"):
-        return tree
-    if tree[0] == "case":
-        return ("case", *((change(value), change(condition)) for value, condition in tree[1:]))
-    kept = 2 if tree[0] in ("call", "rel") else 1
-    parts = tuple(map(change, tree[kept:]))
-    if tree[0] == "pow" and parts[1][0] == "num":
-        return power(parts[0], parts[1][1])
-    joined = {"add": lambda: nested("add", *parts), "mul": lambda: product(*parts)}
-    return joined.get(tree[0], lambda: (*tree[:kept], *parts))()
+    def visit_Name(self, node):
+        return self.meanings.get(node.id, node)
 
 
 def substitute(tree, meanings):
-    if tree[0] == "sym":
-        return meanings.get(tree[1], tree)
-    return rebuild(tree, lambda part: substitute(part, meanings)) if meanings else tree
+    return Meanings(meanings).visit(ast.parse(ast.unparse(tree), mode="eval").body)
 
 
-def parts_of(tree):
-    """Return the expressions and conditions of which an expression consists."""
-    if tree[0] in ("num", "sym", "true"):
-        return ()
-    if tree[0] == "case":
-        return tuple(part for pair in tree[1:] for part in pair)
-    return tree[2 if tree[0] in ("call", "rel") else 1 :]
+def names_in(tree):
+    return [node.id for node in ast.walk(tree) if isinstance(node, ast.Name)]
 
 
-def symbols(tree):
-    if tree[0] == "sym":
-        return {tree[1]} - {"pi"}
-    return set().union(*map(symbols, parts_of(tree)))
+def evaluate(node, algebra):
+    """Return the value of an expression in an algebra: numbers at a point, or rational functions."""
+    if isinstance(node, ast.Constant):
+        return node.value if node.value is True else algebra.number(number(str(node.value)))
+    if isinstance(node, ast.Name):
+        return algebra.symbol(node.id)
+    if isinstance(node, ast.UnaryOp):
+        value = evaluate(node.operand, algebra)
+        return -value if isinstance(node.op, ast.USub) else not value
+    if isinstance(node, ast.Compare):
+        gap = evaluate(difference(node.left, node.comparators[0]), algebra)
+        return algebra.holds(SIGNS[type(node.ops[0])], gap)
+    if isinstance(node, ast.Call):
+        return algebra.call(node.func.id, node)
+    if isinstance(node.op, ast.Pow):
+        base, exponent = evaluate(node.left, algebra), ast.unparse(node.right)
+        whole = exponent.removeprefix("-").isdigit()
+        return base ** int(exponent) if whole else algebra.power(base, node)
+    left, right = evaluate(node.left, algebra), evaluate(node.right, algebra)
+    return OPERATORS[SYMBOLS[type(node.op)]](left, right)
+
+
+class Numbers:
+    """Numbers with error bounds, at a point."""
+
+    number = arb
+
+    def __init__(self, point):
+        self.point = point
+
+    def symbol(self, name):
+        return arb.pi() if name == "pi" else arb(self.point[name])
+
+    def power(self, base, node):
+        return base ** evaluate(node.right, self)
+
+    def call(self, name, node):
+        if name == "Piecewise":
+            chosen = (p.elts[0] for p in node.args if evaluate(p.elts[1], self))
+            return evaluate(next(chosen, ast.Constant(0)), self)
+        return FUNCTIONS[name](*(evaluate(part, self) for part in node.args))
+
+    def holds(self, sign, gap):
+        if not gap.is_finite() or gap.contains(0):
+            raise UndecidedError
+        return bool(RELATIONS[sign](gap, 0))
+
+
+def value_at(tree, point):
+    """Return the value of an expression at a point; raises UndecidedError where it has none."""
+    value = evaluate(tree, Numbers(point))
+    if not value.is_finite():
+        raise UndecidedError
+    return value
+
+
+class Ratio:
+    """A rational function: numerator and denominator in a ring."""
+
+    def __init__(self, ring, above, below):
+        self.ring, above, below = ring, ring.reduce(above), ring.reduce(below)
+        common = below.leading_coefficient() if below.is_constant() else above.gcd(below)
+        self.above, self.below = above / common, below / common
+
+    def __add__(self, other):
+        above = self.above * other.below + other.above * self.below
+        return Ratio(self.ring, above, self.below * other.below)
+
+    def __mul__(self, other):
+        return Ratio(self.ring, self.above * other.above, self.below * other.below)
+
+    def __truediv__(self, other):
+        return Ratio(self.ring, self.above * other.below, self.below * other.above)
+
+    def __neg__(self):
+        return Ratio(self.ring, -self.above, self.below)
+
+    def __sub__(self, other):
+        return self + -other
+
+    def __pow__(self, exponent):
+        above, below = (self.above, self.below)[:: 1 if exponent >= 0 else -1]
+        return Ratio(self.ring, above ** abs(exponent), below ** abs(exponent))
 
 
 class Ring:
     """Rational functions of symbols, of cosine and sine of each angle, and of other functions as
-    they stand."""
+    they stand, where these are not refused.
+    """
 
-    def __init__(self, trees):
-        size = 1 + sum(map(count_generators, trees))
-        self.polynomials = fmpq_mpoly_ctx.get(("x", size), "degrevlex")
-        self.generators, self.names, self.circles = iter(self.polynomials.gens()), {}, []
-        self.one = self.polynomials.constant(1)
+    def __init__(self, trees, is_strict):
+        size = 3 * sum(1 for tree in trees for _ in ast.walk(tree))
+        self.polynomials = fmpq_mpoly_ctx.get(("x", min(size, 600)), "degrevlex")
+        self.free, self.generators = list(range(len(self.polynomials.gens()))), {}
+        self.one, self.is_strict, self.circles = self.polynomials.constant(1), is_strict, {}
 
     def generator(self, key):
-        if key not in self.names:
-            self.names[key] = next(self.generators)
-        return self.names[key]
+        if key not in self.generators:
+            self.generators[key] = self.free.pop(0)
+        return self.polynomials.gen(self.generators[key])
 
-    def circle(self, key):
-        pair = self.generator(("cos", key)), self.generator(("sin", key))
-        if pair not in self.circles:
-            self.circles.append(pair)
-        return pair
+    def number(self, value):
+        return Ratio(self, self.one * value, self.one)
 
-    def fraction(self, tree):
-        """Return numerator and denominator of an expression."""
-        kind = tree[0]
-        if kind == "num":
-            return self.one * tree[1], self.one
-        if kind == "add":
-            return reduce(self.add, map(self.fraction, tree[1:]))
-        if kind == "mul":
-            return reduce(self.times, map(self.fraction, tree[1:]))
-        if kind == "pow" and tree[2][0] == "num" and tree[2][1].q == 1:
-            above, below = self.fraction(tree[1])
-            exponent = int(tree[2][1])
-            return (
-                (above**exponent, below**exponent)
-                if exponent >= 0
-                else (below**-exponent, above**-exponent)
-            )
-        if kind == "call" and tree[1] in ("sin", "cos"):
-            return self.turn(tree[2])[tree[1] == "sin"], self.one
-        if kind == "call" and tree[1] == "tan":
-            return self.turn(tree[2])[::-1]
-        return self.generator(tree), self.one
+    def symbol(self, name):
+        return Ratio(self, self.generator(name), self.one)
 
-    def add(self, first, second):
-        (a, b), (c, d) = first, second
-        return (a + c, b) if b == d else self.lowest(a * d + c * b, b * d)
+    def power(self, base, node):
+        return self.opaque(node)
 
-    def times(self, first, second):
-        (a, b), (c, d) = first, second
-        return self.lowest(a * c, b * d)
+    def opaque(self, node):
+        if self.is_strict:
+            raise UndecidedError
+        return self.symbol(ast.unparse(node))
 
-    def lowest(self, above, below):
-        """Return a fraction without common factors, with squares of sines as those of cosines."""
-        above, below = self.without_squares(above), self.without_squares(below)
-        if not below.is_constant():
-            common = above.gcd(below)
-            above, below = above / common, below / common
-        scale = below.leading_coefficient()
-        return above / scale, below / scale
-
-    def without_squares(self, polynomial):
-        for cosine, sine in self.circles:
-            place = self.polynomials.gens().index(sine)
-            if polynomial.degrees()[place] < 2:
-                continue
-            parts = {}
-            for powers, coefficient in polynomial.to_dict().items():
-                rest = (*powers[:place], powers[place] % 2, *powers[place + 1 :])
-                parts.setdefault(powers[place] // 2, {})[rest] = coefficient
-            polynomial = sum(
-                (
-                    self.polynomials.from_dict(part) * (1 - cosine**2) ** n
-                    for n, part in parts.items()
-                ),
-                0 * self.one,
-            )
-        return polynomial
+    def call(self, name, node):
+        if name not in ("sin", "cos", "tan"):
+            return self.opaque(node)
+        c, s = (Ratio(self, part, self.one) for part in self.turn(evaluate(node.args[0], self)))
+        return {"sin": s, "cos": c, "tan": s / c if name == "tan" else None}[name]
 
     def turn(self, angle):
         """Return cosine and sine of an angle, by those of its terms."""
-        above, below = self.lowest(*self.fraction(angle))
-        if not below.is_constant():
-            return self.circle((str(above), str(below)))
-        cosine, sine = self.one, 0 * self.one
-        for powers, value in above.to_dict().items():
-            c, s = self.multiple(self.polynomials.from_dict({powers: fmpq(1)}), value)
-            cosine, sine = cosine * c - sine * s, sine * c + cosine * s
-        return cosine, sine
-
-    def multiple(self, monomial, value):
+        if not angle.below.is_constant():
+            return self.circle(f"{angle.above} / {angle.below}", fmpq(1))
         c, s = self.one, 0 * self.one
-        quarters = 0
-        if monomial == self.generator(("sym", "pi")):
-            quarters = int((2 * value).floor())
-            value -= fmpq(quarters, 2)
-        if value:
-            base = self.circle((str(monomial), str(fmpq(1, value.q))))
-            for _ in range(abs(int(value.p))):
-                c, s = c * base[0] - s * base[1], s * base[0] + c * base[1]
-            s = s if value > 0 else -s
-        for _ in range(quarters % 4):
-            c, s = -s, c
+        for powers, value in angle.above.to_dict().items():
+            a, b = self.circle(powers, value)
+            c, s = c * a - s * b, s * a + c * b
         return c, s
 
+    def circle(self, key, value):
+        """Return cosine and sine of a multiple of an angle."""
+        cosine, sine = (self.generator((key, str(value.q), kind)) for kind in ("cos", "sin"))
+        self.circles[self.generators[key, str(value.q), "sin"]] = cosine
+        c, s = self.one, 0 * self.one
+        for _ in range(abs(int(value.p))):
+            c, s = c * cosine - s * sine, s * cosine + c * sine
+        return c, s if value > 0 else -s
 
-def count_generators(tree):
-    """Return at least how many generators an expression may need."""
-    if tree[0] in ("num", "sym", "true"):
-        return 1
-    inner = sum(map(count_generators, parts_of(tree)))
-    return 2 * inner + 2 if tree[0] in ("call", "case", "pow") else max(inner, 1)
-
-
-def value_at(tree, point):
-    """Return the value of an expression at a point, with error bounds."""
-    kind = tree[0]
-    if kind == "num":
-        return arb(tree[1])
-    if kind == "sym":
-        return arb.pi() if tree[1] == "pi" else arb(point[tree[1]])
-    if kind == "case":
-        return next(
-            (value_at(v, point) for v, condition in tree[1:] if is_true(condition, point)), arb(0)
-        )
-    values = [value_at(part, point) for part in tree[(2 if kind == "call" else 1) :]]
-    if kind in ("add", "mul"):
-        result = reduce(operator.add if kind == "add" else operator.mul, values)
-    elif kind == "pow":
-        result = values[0] ** (
-            int(tree[2][1]) if tree[2][0] == "num" and tree[2][1].q == 1 else values[1]
-        )
-    elif tree[1] == "Abs":
-        result = abs(values[0])
-    elif tree[1] == "atan2":
-        result = arb.atan2(values[0], values[1])
-    elif tree[1] in ("Min", "Max"):
-        result = reduce(getattr(arb, tree[1].lower()), values)
-    else:
-        result = getattr(values[0], {"sign": "sgn"}.get(tree[1], tree[1]))()
-    if not result.is_finite():
-        raise Undecided
-    return result
-
-
-def is_true(tree, point):
-    if tree[0] == "true":
-        return True
-    if tree[0] == "not":
-        return not is_true(tree[1], point)
-    if tree[0] in ("and", "or"):
-        return (all if tree[0] == "and" else any)(is_true(part, point) for part in tree[1:])
-    return holds(tree[1], value_at(tree[2], point) - value_at(tree[3], point))
-
-
-def holds(sign, difference):
-    if difference.contains(0):
-        raise Undecided
-    return bool(RELATIONS[sign](difference, 0))
-
-
-def is_rational(tree):
-    """Return whether nothing but sines, cosines and tangents stands beside rational functions."""
-    if tree[0] in ("case", "rel") or (tree[0] == "call" and tree[1] not in ("sin", "cos", "tan")):
-        return False
-    if tree[0] == "pow" and (tree[2][0] != "num" or tree[2][1].q != 1):
-        return False
-    return all(map(is_rational, parts_of(tree)))
+    def reduce(self, polynomial):
+        """Replace squares of sines by those of cosines."""
+        for place, cosine in self.circles.items():
+            if polynomial.degrees()[place] < 2:
+                continue
+            parts = {}
+            for powers, value in polynomial.to_dict().items():
+                rest = (*powers[:place], powers[place] % 2, *powers[place + 1 :])
+                parts.setdefault(powers[place] // 2, {})[rest] = value
+            terms = (self.polynomials.from_dict(p) * (1 - cosine**2) ** n for n, p in parts.items())
+            polynomial = reduce(operator.add, terms)
+        return polynomial
 
 
 def is_zero_exactly(tree):
-    if not is_rational(tree):
-        return False
-    ring = Ring([tree])
-    return ring.without_squares(ring.fraction(tree)[0]) == 0
+    """Return whether an expression is zero as a rational function, None if it is none."""
+    try:
+        return evaluate(tree, Ring([tree], is_strict=True)).above == 0
+    except UndecidedError:
+        return None
+
+
+def is_small(value, size, modulus, limit):
+    if modulus:
+        value -= modulus * (value / modulus + fmpq(1, 2)).mid().floor()
+    return bool(abs(value) < limit * size)
 
 
 def draw_points(entry, names):
-    """Yield random rational points of an entry's ranges."""
+    """Yield the points of use of an entry, else random rational points of its ranges."""
+    yield from ({n: number(v) for n, v in values.items()} for values in entry["points"])
     source = random.Random(f"{entry['paper']} {entry['equation']}")
-    for _ in range(TRIES):
-        point = {}
-        for name in sorted(names):
-            low, high = map(number, entry["ranges"].get(name, ("1/5", "2")))
-            point[name] = low + (high - low) * fmpq(source.randint(1, 10**6), 10**6 + 1)
-        yield point
+    for _ in range(0 if entry["points"] else TRIES):
+        ends = {n: map(number, entry["ranges"].get(n, ("1/5", "2"))) for n in names}
+        shares = {n: fmpq(source.randint(1, 10**6), 10**6) for n in names}
+        yield {n: low + (high - low) * shares[n] for n, (low, high) in ends.items()}
 
 
-def vanishes(tree, entry, modulus=None):
-    """Return how a difference is known to vanish, "" if it does not."""
-    if modulus is None and is_zero_exactly(tree):
+def find_equality(first, second, entry):
+    """Return how two residuals are known to be equal after the definitions that an entry names; ""
+    if they are not.
+    """
+    first, second = (define(tree, entry, entry["definitions"]) for tree in (first, second))
+    gap, where, points = difference(first, second), parse(entry["where"] or "True"), 0
+    if not entry["points"] and is_zero_exactly(gap):
         return "exactly"
-    where, count = parse(entry.get("where") or "True"), 0
-    for point in draw_points(entry, symbols(tree) | symbols(where)):
+    modulus = 2 * arb.pi() if entry["direction"] else None
+    limit = CLOSE if entry["points"] else SMALL
+    for point in draw_points(entry, sorted({*names_in(gap), *names_in(where)} - {"pi"})):
         try:
-            if not is_true(where, point):
-                continue
-            if not is_small(value_at(tree, point), tree, point, modulus):
-                return ""
-        except (Undecided, ZeroDivisionError):
+            if evaluate(where, Numbers(point)):
+                size = 1 + abs(value_at(first, point)) + abs(value_at(second, point))
+                if not is_small(value_at(gap, point), size, modulus, limit):
+                    return ""
+                points += 1
+        except (UndecidedError, ZeroDivisionError):
             continue
-        count += 1
-        if count == SAMPLES:
-            return f"at {SAMPLES} random points"
-    raise Refused(f"no {SAMPLES} points at which both sides have values")
-
-
-def is_small(value, tree, point, modulus):
-    if modulus is not None:
-        value -= modulus * (value / modulus + fmpq(1, 2)).mid().floor()
-    largest = max(
-        [arb(1), *(abs(value_at(part, point)) for part in (tree[1:] if tree[0] == "add" else ()))],
-        key=lambda size: float(size.mid()),
-    )
-    return (value.contains(0) and bool(value.rad() < SMALL * largest)) or bool(
-        abs(value) < SMALL * largest
-    )
-
-
-def minus(first, second):
-    return nested("add", first, product(("num", fmpq(-1)), second))
+        except KeyError:
+            return ""
+        if points == (len(entry["points"]) or SAMPLES):
+            return f"at {points} points" + (" of use" if entry["points"] else "")
+    raise RefusedError(f"no {SAMPLES} points at which both sides have values")
 
 
 def define(tree, entry, names):
@@ -389,270 +305,189 @@ def define(tree, entry, names):
 
 
 def residual(side, entry):
-    return minus(("sym", entry["defines"]), side) if entry["solved"] else side
+    return difference(parse(entry["defines"]), side) if entry["solved"] else side
 
 
-def are_same(first, second, entry):
-    """Return how two residuals are known to be equal, after the definitions that an entry names."""
-    difference = define(minus(first, second), entry, entry["definitions"])
-    modulus = 2 * arb.pi() if entry["direction"] else None
-    return vanishes(difference, entry) or (modulus and vanishes(difference, entry, modulus)) or ""
-
-
-def demand(condition, what):
-    if not condition:
-        raise Refused(what)
+def find_transcription(entry):
+    left, _, right = entry["transcription"].partition(f" {entry['relations'][0]} ")
+    return difference(parse(left), parse(right))
 
 
 def check_reading(entry):
-    text = parse(entry["text"] or entry["transcription"])
+    text = parse(entry["text"]) if entry["text"] else find_transcription(entry)
     meanings = {name: parse(meant) for name, meant in entry["meanings"].items()}
     read = define(substitute(text, meanings), entry, entry["through"])
-    plain = {**entry, "direction": False}
-    demand(
-        are_same(read, parse(entry["read"]), plain), "the readings do not lead to what was judged"
-    )
-    start = residual(parse(entry["start"]), entry)
-    scaled = product(parse(entry["undivided"]), parse(entry["read"]))
-    demand(are_same(start, scaled, plain), "what was corrected is not what was read")
+    plain = {**entry, "direction": False, "points": []}
+    known = find_equality(read, parse(entry["read"]), plain)
+    demand(known, "the readings do not lead to what was judged")
+    scaled = ast.BinOp(parse(entry["undivided"]), ast.Mult(), parse(entry["read"]))
+    known = find_equality(residual(parse(entry["start"]), entry), scaled, plain)
+    demand(known, "what was corrected is not what was read")
 
 
-def replacements(tree, old, new):
-    """Yield a tree with one part replaced by another, at each place where it stands."""
-    if tree == old:
-        yield new
-    kind = tree[0]
-    if kind in ("add", "mul") and old[0] == kind and len(old) < len(tree):
-        left = list(tree[1:])
-        if all(part in left and left.remove(part) is None for part in old[1:]):
-            yield (nested("add", *left, new) if kind == "add" else product(*left, new))
-    for place, part in enumerate(parts_of(tree)):
-        for changed in replacements(part, old, new):
-            parts = iter([*parts_of(tree)[:place], changed, *parts_of(tree)[place + 1 :]])
-            yield rebuild(tree, lambda _, parts=parts: next(parts))
-
-
-def check_steps(entry, steps):
-    """Return the side after corrections of which each is one replacement."""
-    side = parse(entry["start"])
+def correct(entry, steps):
+    """Return the side after corrections, of which each replaces one part, or symbols throughout."""
+    side, plain = parse(entry["start"]), {**entry, "direction": False, "definitions": []}
     for step in steps:
-        after = parse(step["after"])
-        if step["swaps"]:
-            changed = [substitute(side, {old: parse(new) for old, new in step["swaps"].items()})]
-        else:
-            changed = replacements(side, parse(step["old"]), parse(step["new"]))
-        exact = {**entry, "direction": False, "definitions": []}
-        demand(
-            any(some == after or are_same(some, after, exact) for some in changed),
-            f"{step['words']!r} is not what was done",
-        )
+        frame, after = parse(step["frame"]), parse(step["after"])
+        swaps = {old: parse(new) for old, new in step["swaps"].items()}
+        demand(swaps or names_in(frame).count(PLACE) == 1, "a correction is made at one place")
+        ways = [substitute(frame, {PLACE: parse(step[part])}) for part in ("old", "new")]
+        before, changed = (side, substitute(side, swaps)) if swaps else ways
+        same = find_equality(before, side, plain) and find_equality(changed, after, plain)
+        demand(same, f"{step['words']!r} is not what was done")
         side = after
     return side
 
 
 def check_identity(entry, side):
-    """Print, corrections and missing terms less unexplained ones are the derivation."""
-    parts = [*map(parse, entry["missing"])]
-    parts += [product(("num", fmpq(-1)), parse(text)) for text in entry["unexplained"]]
-    completed = residual(nested("add", side, *parts), entry)
-    multiple, derived = parse(entry["multiple"]), parse(entry["derived"])
-    printed_sign, sign, derived_sign = entry["relations"]
-    factor = product(multiple, parse(entry["undivided"]))
-    demand(factor != ("num", fmpq(0)), "a multiple of zero says nothing")
-    demand(entry["flips"] == (sign != printed_sign), "the relation is another than was said")
-    if derived_sign != "=":
-        demand(factor[0] == "num", "conditions differ by more than a number")
-        demand(
-            (sign if factor[1] > 0 else FLIPPED[sign]) == derived_sign, "the relation is another"
-        )
-    known = are_same(completed, product(multiple, derived), entry)
+    """Return how print, corrections and missing less unexplained terms are the derivation."""
+    for sign, part in ((ast.Add(), "missing"), (ast.Sub(), "unexplained")):
+        side = reduce(lambda s, text, sign=sign: ast.BinOp(s, sign, parse(text)), entry[part], side)
+    printed, corrected, derived = entry["relations"]
+    multiple = value_at(parse(entry["multiple"]), {})
+    demand(not multiple.contains(0), "a multiple of zero says nothing")
+    demand(entry["flips"] == (corrected != printed), "the relation is another than was said")
+    if derived != "=":
+        keeps = multiple * value_at(parse(entry["undivided"]), {}) > 0
+        demand((corrected if keeps else FLIPPED[corrected]) == derived, "the relation is another")
+    meant = ast.BinOp(parse(entry["multiple"]), ast.Mult(), parse(entry["derived"]))
+    known = find_equality(residual(side, entry), meant, entry)
     demand(known, "print, corrections and terms are not the derivation")
     return known
-
-
-def coefficients(tree, ring):
-    above, below = ring.fraction(tree)
-    return {
-        powers: value / below.leading_coefficient() for powers, value in above.to_dict().items()
-    }
 
 
 def check_missing(entry, others, side):
     """What is called missing stands in the print under no reading."""
     names = [*entry["definitions"], *entry["meaning_of_missing"]]
-    prints = [parse(entry["start"])]
-    prints += [parse(other["start"]) for other in others if other["solved"] == entry["solved"]]
-    missing = nested("add", ("num", fmpq(0)), *map(parse, entry["missing"]))
-    unexplained = nested("add", ("num", fmpq(0)), *map(parse, entry["unexplained"]))
-    trees = [define(tree, entry, names) for tree in (*prints, missing, unexplained, side)]
-    ring = Ring(trees)
-    *printed, lacking, loose, corrected = (coefficients(tree, ring) for tree in trees)
+    add = [" + ".join(["0", *(f"({t})" for t in entry[p])]) for p in ("missing", "unexplained")]
+    starts = [e["start"] for e in (entry, *others) if e["solved"] == entry["solved"]]
+    trees = [define(tree, entry, names) for tree in (side, *map(parse, (*add, *starts)))]
+    ring = Ring(trees, is_strict=False)
+    ratios = [evaluate(tree, ring) for tree in trees]
+    common = reduce(operator.mul, {str(r.below): r.below for r in ratios}.values())
+    corrected, lacking, loose, *prints = (
+        ring.reduce(r.above * (common / r.below)).to_dict() for r in ratios
+    )
     for powers, value in lacking.items():
         total = corrected.get(powers, 0) + value - loose.get(powers, 0)
-        for some in printed:
-            here = some.get(powers, 0)
-            more = here * total > 0 and abs(total) > abs(here) and value * total > 0
-            demand(here == 0 or more, "a term that is called missing stands in the print")
+        for some in prints:
+            here = some.get(powers, fmpq(0))
+            is_one_of_several = here * total > 0 and abs(total) > abs(here) and value * total > 0
+            demand(here == 0 or is_one_of_several, "what is called missing stands in the print")
 
 
 def check_witness(entry):
-    """Return what is left of the print at a point where the derivation holds."""
+    """Print and derivation do not agree at a point, at which the derivation holds by the value of
+    an unknown.
+    """
     point = {name: number(value) for name, value in entry["witness"]["values"].items()}
-    printed, derived = parse(entry["read"]), parse(entry["derived"])
+    loose = [value_at(parse(text), point) for text in entry["loose"].values()]
+    demand(not any(value.contains(0) for value in loose), "what must vanish does")
+    if loose:
+        return
+    sides, unknown = [parse(entry[key]) for key in ("read", "derived")], entry["witness"]["unknown"]
     if entry["relations"][0] != "=":
-        truths = [
-            holds(sign, value_at(tree, point))
-            for sign, tree in zip(entry["relations"][::2], (printed, derived), strict=True)
-        ]
-        demand(truths[0] != truths[1], "print and derivation agree at the witness point")
-        return None
-    unknown = entry["witness"]["unknown"]
-    at = [value_at(derived, {**point, unknown: arb(x)}) for x in (0, 1, 2)]
+        signs = zip(entry["relations"][::2], sides, strict=True)
+        truths = {Numbers(point).holds(sign, value_at(side, point)) for sign, side in signs}
+        demand(len(truths) == 2, "the conditions agree at the witness point")
+        return
+    at = [value_at(sides[1], {**point, unknown: fmpq(x)}) for x in (0, 1, 2)]
     demand((at[2] - 2 * at[1] + at[0]).contains(0), "the derivation is not linear in the unknown")
-    left = value_at(printed, {**point, unknown: -at[0] / (at[1] - at[0])})
-    whole = left / (2 * arb.pi())
-    turned = entry["direction"] and (whole - (whole + fmpq(1, 2)).mid().floor()).contains(0)
-    demand(not left.contains(0) and not turned, "the print holds at the witness point")
-    return left
+    left = value_at(sides[0], {**point, unknown: at[0] / (at[0] - at[1])})
+    modulus = 2 * arb.pi() if entry["direction"] else None
+    demand(not left.contains(0) and not is_small(left, 1, modulus, CLOSE), "the print holds there")
 
 
 def check_values(entry):
     """A definition gives the values that the paper prints beside it, to their last digits."""
-    tree = parse(entry["transcription"])
     for shown in entry["values"]:
-        point = {name: spread(text) for name, text in shown["values"].items()}
-        for name, bounds in shown["between"].items():
-            low, high = (value_at(parse(text), point) for text in bounds)
+        point = {}
+        for name, text in shown["values"].items():
+            half = fmpq(1, 2) / fmpq(10) ** len(text.partition(".")[2])
+            point[name] = arb(number(text), arb(half))
+        for name, ends in shown["between"].items():
+            low, high = (value_at(parse(text), point) for text in ends)
             point[name] = low.union(high)
-        demand(value_at(tree, point).contains(0), f"it does not give {shown['where']}")
-
-
-def spread(text):
-    digits = len(text.partition(".")[2])
-    return arb(number(text), arb(fmpq(1, 2) / fmpq(10) ** digits))
+        gap = value_at(find_transcription(entry), point)
+        demand(gap.contains(0), f"it does not give {shown['where']}")
 
 
 def check_entry(entry, others):
     """Return how a verdict under one reading was checked."""
-    verdict = entry["verdict"]
-    if verdict in ("reconstructed", "not judged"):
-        demand(verdict == "not judged" or entry["legibility"] == "lost", "the print is not lost")
-        return ""
-    if verdict == "definition" or (verdict == "untested" and not entry["derived"]):
+    verdict, lacks, left = (entry[key] for key in ("verdict", "missing", "unexplained"))
+    if verdict == "reconstructed" or not entry["derived"]:
+        demand(verdict in ("reconstructed", "definition", "untested"), f"{verdict} of nothing")
+        demand(verdict != "reconstructed" or entry["legibility"] == "lost", NOT_LOST)
         check_values(entry)
-        return ""
+        return "by their values alone"
     check_reading(entry)
-    if verdict in (*SOUND, "untested"):
-        rest = ("steps", "missing", "unexplained", "flips")
-        demand(not any(entry[part] for part in rest), "nothing is to be corrected in a sound print")
+    if verdict in ("confirmed", "confirmed as rebuilt", "untested"):
+        demand(not (lacks or left or entry["steps"] or entry["flips"]), NO_TERM)
         if entry["points"]:
             check_witness(entry)
-            return check_points(entry)
         return check_identity(entry, parse(entry["start"]))
-    demand(verdict in FAULTS, f"{verdict!r} is no verdict")
-    if entry["loose"]:
-        point = {name: number(value) for name, value in entry["witness"]["values"].items()}
-        left = [value_at(parse(text), point) for text in entry["loose"].values()]
-        demand(not any(value.contains(0) for value in left), "what must vanish does")
-        return "at its witness point"
+    terms = {"misprint": (False, False), "incomplete": (True, False)}
+    is_condition = entry["relations"][0] != "="
+    demand(verdict in (*terms, "contradicted"), f"{verdict} is no verdict")
     check_witness(entry)
-    demand(
-        verdict != "misprint" or (entry["steps"] or entry["flips"]), "a misprint has a correction"
-    )
-    demand(verdict == "misprint" or entry["missing"] or entry["unexplained"], "no term is left")
-    demand(
-        (verdict == "contradicted") == bool(entry["unexplained"]), "an unexplained term contradicts"
-    )
-    demand(verdict != "misprint" or not entry["missing"], "a misprint lacks no term")
-    if entry["relations"][0] != "=" and verdict == "contradicted":
-        return "at its witness point"
-    ways = [check_identity(entry, check_steps(entry, steps)) for steps in entry["steps"] or [[]]]
-    check_missing(entry, others, check_steps(entry, (entry["steps"] or [[]])[0]))
+    if entry["loose"] or (is_condition and verdict == "contradicted"):
+        return "at their witness points"
+    demand(terms.get(verdict, (bool(lacks), True)) == (bool(lacks), bool(left)), NO_TERM)
+    corrections = entry["steps"] or [[]]
+    demand(verdict != "misprint" or any(corrections) or entry["flips"], "nothing was corrected")
+    ways = [check_identity(entry, correct(entry, steps)) for steps in corrections]
+    if others:
+        check_missing(entry, others, correct(entry, corrections[0]))
     return max(ways, key=len)
 
 
-def check_points(entry):
-    difference = minus(parse(entry["read"]), parse(entry["derived"]))
-    for values in entry["points"]:
-        point = {name: number(value) for name, value in values.items()}
-        demand(is_small(value_at(difference, point), difference, point, None), "it fails in use")
-    return f"at {len(entry['points'])} points of use"
-
-
-COMMON = ("paper", "equation", "legibility", "transcription", "defines", "direction", "values")
-
-
 def check_record(record, tables):
-    """Return how the verdict on an equation was checked, under all readings."""
+    """Return how the verdict on an equation was checked, under every reading."""
     shared = {key: record[key] for key in COMMON} | {"table": tables[record["paper"]]}
     entries = [shared | reading for reading in record["readings"]]
     taken = entries[record["taken"]]
-    demand(record["verdict"] == taken["verdict"], "the verdict is not that of the reading taken")
-    known = [check_entry(entry, entries if entry is taken else []) for entry in entries]
+    demand(record["verdict"] == taken["verdict"], "the verdict is that of another reading")
+    known = [check_entry(entry, entries if entry is taken else ()) for entry in entries]
     demand(record["statement"] == describe(record), "the statement is not what was checked")
     return known[record["taken"]]
 
 
 def describe(record):
-    """Return the verdict in words, made of what is checked of it."""
-    taken = record["readings"][record["taken"]]
-    steps, missing = (taken["steps"] or [[]])[0], taken["missing"]
-    words = [step["words"] for step in steps]
-    signs = taken["relations"]
-    words = [f"{signs[1]} for {signs[0]}", *words] if taken["flips"] else words
-    corrections = "; ".join(words)
-    count = f"{len(words)} correction{'s' if len(words) != 1 else ''}"
-    lacking = f"{len(missing)} term{'s' if len(missing) != 1 else ''}"
+    """Return a verdict in words, made of what is checked of it."""
+    if not record["readings"]:
+        return "it was not judged"
+    taken, verdict = record["readings"][record["taken"]], record["verdict"]
+    words = [step["words"] for step in (taken["steps"] or [[]])[0]]
+    words[:0] = ["{1} for {0}".format(*taken["relations"])] if taken["flips"] else []
+    corrected = f"corrected ({'; '.join(words)}) " if words else ""
     sentences = {
-        "confirmed": "print and derivation are the same",
-        "confirmed as rebuilt": "what was read and rebuilt is the derivation",
-        "untested": "it says what its symbols mean, and nothing here can test that",
-        "definition": f"it gives what the paper prints: {', '.join(v['where'] for v in record['values'])}",
+        "misprint": f"{corrected}it is the derivation",
+        "incomplete": f"{corrected}it lacks {', '.join(taken['missing'])}",
+        "contradicted": "it fails where the derivation holds",
+        "definition": f"it gives {', '.join(shown['where'] for shown in record['values'])}",
         "reconstructed": "the print is lost; the derivation stands alone",
-        "misprint": f"{count} make{'s' if len(words) == 1 else ''} it the derivation: {corrections}",
-        "incomplete": f"it lacks {lacking} of the derivation"
-        + (f", after {count}: {corrections}" if words else ""),
-        "contradicted": "it does not hold where the derivation does",
+        "untested": "it says what its symbols mean; nothing here tests it",
     }
-    sentence = sentences.get(record["verdict"], "it was not judged")
+    sentence = sentences.get(verdict, "print and derivation are the same")
     return sentence + (" where the machine uses it, and not everywhere" if taken["points"] else "")
 
 
 def main(arguments):
+    """Check a file of verdicts, and return the exit code."""
+    counts, record = Counter(), {}
     try:
-        document = json.loads(Path(arguments[0]).read_text(encoding="utf-8"))
+        document = json.loads(Path(*arguments).read_text(encoding="utf-8"))
         records, tables = document["records"], document["definitions"]
-    except (OSError, ValueError, KeyError, IndexError, TypeError) as error:
-        print(f"no file of verdicts: {error!r}")
-        return 2
-    counts = {}
-    for record in records:
-        name = f"{record.get('paper')} ({record.get('equation')})"
-        try:
-            known = check_record(record, tables)
-        except (
-            Refused,
-            Undecided,
-            KeyError,
-            ValueError,
-            TypeError,
-            ZeroDivisionError,
-            SyntaxError,
-            StopIteration,
-            AttributeError,
-            IndexError,
-        ) as error:
-            print(f"{name}: {error if isinstance(error, Refused) else repr(error)}")
-            return 1
-        counts[known] = counts.get(known, 0) + 1
-    print(
-        "\n".join(
-            f"{count} verdicts checked {known or 'by their values alone'}"
-            for known, count in sorted(counts.items())
-        )
-    )
-    print("valid")
-    return 0
+    except (OSError, ValueError, LookupError, TypeError) as error:
+        return print(f"no file of verdicts: {error!r}") or 2
+    try:
+        for record in records:
+            counts[check_record(record, tables)] += 1
+    except FAILURES as error:
+        return print(f"{record.get('paper')} ({record.get('equation')}): {error!r}") or 1
+    print(*(f"{count} verdicts checked {known}" for known, count in counts.items()), sep="\n")
+    return print("valid") or 0
 
 
 if __name__ == "__main__":

@@ -402,11 +402,7 @@ def _grouped(at: Comparison) -> Iterator[Edit]:
         if len(group) > 1:
             changed = sp.Add(*(ratio * term if term in group else term for term in at.printed.args))
             name = "sign of the group" if ratio == -1 else f"factor {ratio} on the group"
-            yield Edit(
-                (f"{name} ", sp.Add(*group)),
-                changed,
-                change=(sp.Add(*group), sp.Add(*(ratio * term for term in group))),
-            )
+            yield Edit((f"{name} ", sp.Add(*group)), changed)
 
 
 def _scaled(at: Comparison, left: Match) -> Iterator[Edit]:
@@ -418,8 +414,7 @@ def _scaled(at: Comparison, left: Match) -> Iterator[Edit]:
                 words = (
                     ("sign of ", printed) if factor == -1 else ("factor ", factor, " on ", printed)
                 )
-                result = at.printed + (factor - 1) * printed
-                yield Edit(words, result, change=(printed, factor * printed))
+                yield Edit(words, at.printed + (factor - 1) * printed)
 
 
 def _simple_ratio(at: Comparison, above: Expr, below: Expr) -> Expr | None:

@@ -21,10 +21,10 @@ from ..equations import Equation
 from ..evaluate import Point
 from ..quantity import Quantity
 from .case import MOST_POINTS, Case
-from .check_verdicts import describe
 from .comparison import FLIPPED, solve_for
 from .edits import Edit
-from .reading_search import ACTIONS, Hearing, Outcome
+from .faults import ACTIONS
+from .reading_search import Hearing, Outcome
 from .terms import common_factor, evaluate_at, holds
 
 FORMAT = "planter verdicts 1"
@@ -53,12 +53,12 @@ def write_evidence(case: Case, number: str, outcome: Outcome) -> Entry:
     """Return the evidence of the verdict on an equation, under every reading."""
     printed = case.paper.equations[number]
     hearings = outcome.alternatives or (outcome.kindest,)
-    record: Entry = {
+    return {
         "paper": case.paper.name,
         "equation": number,
         "verdict": outcome.kindest.judgement.verdict,
         "legibility": printed.legibility,
-        "transcription": str(printed.residual),
+        "transcription": printed.typed,
         "defines": str(printed.defines or ""),
         "direction": printed.defines in case.directions,
         "values": [
@@ -72,7 +72,6 @@ def write_evidence(case: Case, number: str, outcome: Outcome) -> Entry:
         "taken": hearings.index(outcome.kindest),
         "readings": [HearingEvidence(case, number, hearing).write() for hearing in hearings],
     }
-    return record | {"statement": describe(record)}
 
 
 def write_unjudged(case: Case, number: str) -> Entry:
@@ -83,7 +82,7 @@ def write_unjudged(case: Case, number: str) -> Entry:
         "equation": number,
         "verdict": "not judged",
         "legibility": printed.legibility,
-        "transcription": str(printed.residual),
+        "transcription": printed.typed,
         "readings": [],
     }
 
@@ -134,7 +133,7 @@ class HearingEvidence:
             "solved": self.is_solved,
             "undivided": str(self.undivided),
             "multiple": str(multiple),
-            "steps": [[_write_step(edit) for edit in way] for way in ways],
+            "steps": [_write_way(self.start, way) for way in ways],
             "missing": list(map(str, judgement.missing)),
             "unexplained": list(map(str, judgement.unexplained)),
             "loose": {name: str(expr) for name, expr in judgement.loose.items()},
@@ -393,15 +392,26 @@ def _is_opaque(expr: Expr) -> bool:
     return bool(functions) or any(not power.exp.is_Integer for power in expr.atoms(sp.Pow))
 
 
-def _write_step(edit: Edit) -> Entry:
-    old, new = ("", "") if edit.change is None else map(str, edit.change)
+def _write_step(side: Expr, edit: Edit) -> Entry:
+    """Return an edit of a side: the frame in which it changes one part, or symbols throughout."""
+    frame, old, new = edit.frame(side)
+    swaps = {} if frame is not None else {str(a): str(b) for a, b in edit.swaps}
     return {
         "words": str(edit.text),
-        "swaps": {} if edit.change else {str(a): str(b) for a, b in edit.swaps},
-        "old": old,
-        "new": new,
+        "swaps": swaps,
+        "frame": str(frame if frame is not None else sp.S.Zero),
+        "old": str(old),
+        "new": str(new),
         "after": str(edit.result),
     }
+
+
+def _write_way(side: Expr, edits: Iterable[Edit]) -> list[Entry]:
+    steps = []
+    for edit in edits:
+        steps.append(_write_step(side, edit))
+        side = edit.result
+    return steps
 
 
 def format_evidence(records: Sequence[Entry], cases: Iterable[Case]) -> str:

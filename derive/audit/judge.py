@@ -456,7 +456,9 @@ def _corrected(
     residual.
     """
     first = start.edits(words)
-    explained, edits = explain_by_edits(start, first, words)
+    # a number has no parts of which some are right
+    is_number = start.printed.is_number
+    explained, edits = (start, ()) if is_number else explain_by_edits(start, first, words)
     correction = (*done, *(edit.text for edit in edits))
     if explained.same and not (start.bounds and len(edits) > MOST_OF_A_CONDITION):
         return _misprint([edits], done, remark)

@@ -15,10 +15,12 @@ from typing import Any
 
 from . import key
 from .case import Case, judge_references
+from .check_verdicts import describe
 from .evidence import format_evidence
-from .judge import FAULTS, UNJUDGED
+from .judge import UNJUDGED
 from .laws import ChainLaws, attempted_violation, judge_laws, record_untried_law
 from .record import (
+    AT_FAULT,
     EVIDENCE,
     Record,
     count_verdicts,
@@ -67,7 +69,7 @@ def as_page(
         "",
         *format_overview(records),
     ]
-    for paper, counts in count_verdicts(records).items():
+    for paper, counts in count_verdicts(records, describe_verdict).items():
         paper_records = [r for r in records if r["paper"] == paper]
         summary = ", ".join(f"{n} {word}" for word, n in counts.items())
         lines += [f"## {titles[paper]}", "", f"{summary}.", "", *_causes(paper_records)]
@@ -93,13 +95,13 @@ def format_overview(records: Sequence[Record]) -> list[str]:
     a character.
     """
     rows = []
-    for paper, counts in count_verdicts(records).items():
+    for paper, counts in count_verdicts(records, describe_verdict).items():
         paper_records = [r for r in records if r["paper"] == paper]
         rows.append(
             (
                 paper,
                 ", ".join(f"{n} {word}" for word, n in counts.items()),
-                sum(r["verdict"] in FAULTS for r in paper_records),
+                sum(r["grade"] == AT_FAULT for r in paper_records),
                 len(group_causes(paper_records)),
                 sum(not r["robust"] for r in paper_records),
                 sum(r["fragile"] for r in paper_records),
@@ -127,8 +129,13 @@ def _reference(reference: Record) -> list[str]:
 
 
 def _row(record: Record) -> list[str]:
-    cells = (record[key] for key in ("claims", "legibility", "verdict"))
+    cells = record["claims"], record["legibility"], describe_verdict(record)
     return [f"({record['equation']})", *cells, describe_basis(record)]
+
+
+def describe_verdict(record: Record) -> str:
+    """Return the verdict as it is shown: what is neglected or approximate is called so."""
+    return record["verdict"] if record["grade"] in ("", AT_FAULT) else record["grade"]
 
 
 def describe_basis(record: Record) -> str:
@@ -149,7 +156,7 @@ def _causes(records: Sequence[Record]) -> list[str]:
     paper_causes = group_causes(records)
     if not paper_causes:
         return []
-    faulty = sum(1 for record in records if record["verdict"] in FAULTS)
+    faulty = sum(1 for record in records if record["grade"] == AT_FAULT)
     rows = []
     for cause in paper_causes:
         numbers = (equation.partition(": ")[2] for equation in cause["equations"])
@@ -163,10 +170,16 @@ def _paragraph(record: Record) -> list[str]:
         record[part] for part in ("vanishing", "depends", "domain")
     ):
         return []
-    lines = [f"### ({record['equation']}) {record['verdict']}", ""]
-    for label, text in (("As printed", record["printed"]), ("As derived", record["derived"])):
+    lines = [f"### ({record['equation']}) {describe_verdict(record)}", ""]
+    texts = {
+        "As printed": record["transcription"],
+        "As read": record["printed"],
+        "As derived": record["derived"],
+    }
+    for label, text in texts.items():
         lines += [f"{label}: `{text}`", ""] if text else []
     lines += [f"Finding: {record['finding']}.", ""]
+    lines += [f"Named: {'; '.join(record['reasons'])}.", ""] if record["reasons"] else []
     if record["rebuilt"]:
         lines += [f"Completed: {'; '.join(record['rebuilt'])}.", ""]
     if record["fragile"]:
@@ -346,7 +359,11 @@ def judge_cases(modules: Iterable[ModuleType], committed: Path | None = None) ->
         if c.source is not None
         for row in c.source.list_rows()
     ]
-    evidence = [record[EVIDENCE] for record in records if EVIDENCE in record]
+    evidence = [
+        record[EVIDENCE] | {"statement": describe(record[EVIDENCE])}
+        for record in records
+        if EVIDENCE in record
+    ]
     texts = (
         format_records(records, laws, cross, papers, rows),
         format_typeset(records),

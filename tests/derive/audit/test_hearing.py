@@ -11,14 +11,13 @@ import pytest
 import sympy as sp
 
 from derive.audit.case import Case, judge_references
+from derive.audit.faults import is_fragile, list_reasons
 from derive.audit.judge import FAULTS, Judgement, judge_equation
 from derive.audit.paper import Paper, Reading
 from derive.audit.reading_search import (
     Outcome,
     fold_terms,
-    is_fragile,
     judge_linked_readings,
-    list_reasons,
 )
 from derive.audit.record import describe_law_cause, group_causes
 from derive.equations import Definition, Equation, derived_equation, stated_equation
