@@ -110,7 +110,9 @@ def list_reasons(
     missing = sorted(
         judgement.missing, key=lambda term: -(find_largest_size(term, cycle) or mpmath.mpf(0))
     )
-    lacking = _left_out(missing, printed.residual, actions, reactions or {}) if not unlike else []
+    lacking = (
+        _left_out(missing, printed.residual, actions, reactions or {}, cycle) if not unlike else []
+    )
     corrected = [str(text) for text in next(iter(judgement.corrections), ())]
     return tuple(
         dict.fromkeys(
@@ -126,9 +128,10 @@ def _join_signs(edits: Iterable[Edit]) -> list[str]:
     """Return edits in words; the same sign of like terms, which differ by the names in them, once."""
     by_shape: dict[str, list[str]] = {}
     for edit in edits:
-        words = _same_wherever(edit)
-        units = {str(s): s.unit for s in edit.result.free_symbols if isinstance(s, Quantity)}
-        shape = re.sub(r"\w+", lambda match, units=units: units.get(match[0], match[0]), words)
+        shape = words = _same_wherever(edit)
+        for symbol in edit.result.free_symbols:
+            if isinstance(symbol, Quantity):
+                shape = re.sub(rf"\b{symbol}\b", symbol.unit, shape)
         by_shape.setdefault(shape if words.startswith(SIGN) else words, []).append(words)
     return [
         " and of ".join([some[0], *(words.removeprefix(SIGN) for words in some[1:])])
@@ -149,6 +152,7 @@ def _left_out(
     printed: Expr,
     actions: Mapping[sp.Symbol, str],
     reactions: Mapping[sp.Symbol, Expr],
+    cycle: Sequence[Point],
 ) -> list[str]:
     """Actions that missing terms speak of, those that the print does not name before others; else
     what the first term is.
@@ -160,11 +164,16 @@ def _left_out(
     }
     acting = acting - printed.free_symbols or acting
     if acting & reactions.keys() and any(isinstance(term, sp.Add) for term in missing):
-        return [f"lacks {_describe_rest(missing, acting, actions, reactions)}"]
+        return [f"lacks {_describe_rest(missing, acting, actions, reactions, cycle)}"]
     meanings = (actions.get(s, str(s)).partition("; ")[0] for s in sorted(acting, key=str))
     named = [meaning.rpartition(", ")[0] or meaning for meaning in meanings]
     reasons_ = [f"lacks {name}" for name in dict.fromkeys(named)]
     return reasons_ or [f"lacks {describe_term(term)}" for term in missing[:1]]
+
+
+KINDS = dict.fromkeys(("inertia", "Coriolis", "centrifugal", "gyroscopic"), "inertia")
+KINDS["weight"] = "weight"
+"""What several terms are together, by what each is."""
 
 
 def _describe_rest(
@@ -172,10 +181,12 @@ def _describe_rest(
     acting: Iterable[sp.Symbol],
     actions: Mapping[sp.Symbol, str],
     reactions: Mapping[sp.Symbol, Expr],
+    cycle: Sequence[Point],
 ) -> str:
     """Return what actions without their printed parts consist of, and on which bodies they act."""
     rest = expand_sum(sp.Add(*missing).xreplace(dict(reactions)))
-    kinds = sorted({_classify(term)[0] or str(term) for term in rest})
+    sized = [term for term in rest if not cycle or find_largest_size(term, cycle)]
+    kinds = sorted({KINDS.get(_classify(term)[0], str(term)) for term in sized})
     bodies = sorted(
         {actions.get(s, str(s)).partition(" on ")[2].partition(" at ")[0] for s in acting}
     )
@@ -194,7 +205,7 @@ def describe_term(term: Expr) -> str:
     """
     kind, bodies = _classify(term)
     try:
-        unit = {of_unit("N"): "force", of_unit("N m"): "moment"}.get(dimension(term))
+        unit = {of_unit("N"): "force", of_unit("N m"): "moment"}.get(dimension(term) or NONE)
     except DimensionError:
         unit = None
     if not kind or not bodies or unit is None:

@@ -184,11 +184,9 @@ def judge_by_values(printed: Equation, points: Points, words: Iterable[Quantity]
     edited = () if is_large else _edited(printed, words, points)
     repairs = [(edit, residual) for edit, residual in edited if holds(residual, points)]
     if repairs:
-        edit, residual = repairs[0]
-        corrected = replace(printed, residual=residual)
-        return replace(
-            _misprint([(edit.text,) for edit, _ in repairs], remark, [edit]), corrected=corrected
-        )
+        corrected = replace(printed, residual=repairs[0][1])
+        judgement = _misprint([(edit,) for edit, _ in repairs], (), remark)
+        return replace(judgement, corrected=corrected)
     for term, residual in () if is_large else _list_lacking_terms(printed, words, points):
         corrected = replace(printed, residual=residual)
         finding = Said(f"{remark}it holds with a term more: ", term)
@@ -457,7 +455,7 @@ def _corrected(
     """
     first = start.edits(words)
     # a number has no parts of which some are right
-    is_number = start.printed.is_number
+    is_number = start.printed.is_Rational
     explained, edits = (start, ()) if is_number else explain_by_edits(start, first, words)
     correction = (*done, *(edit.text for edit in edits))
     if explained.same and not (start.bounds and len(edits) > MOST_OF_A_CONDITION):

@@ -359,7 +359,7 @@ def _recorded(case: Case, number: str, key: str, outcome: Outcome) -> Record:
     missing, unexplained = _sorted(judgement.missing), _sorted(judgement.unexplained)
     left = sp.Add(*missing, *(-term for term in unexplained))
     difference = next(iter(_terms(case, [left] if left != 0 and meant else [], meant)), None)
-    share = difference and difference["share_of_largest"]
+    share = None if difference is None else difference["share_of_largest"]
     off = find_relative_error(printed, derived, case.points) if number in case.paper.rough else None
     if grade_fault(judgement, share, off) == "approximate":
         rough = f"printed as an approximation, {format_share(off or 0.0)} off"
@@ -407,6 +407,10 @@ def _recorded(case: Case, number: str, key: str, outcome: Outcome) -> Record:
     )
 
 
+SHORT = 60
+"""Characters of a formula that stands in a sentence."""
+
+
 def _list_reasons(case: Case, hearing: Hearing, judgement: Judgement) -> list[str]:
     """List the faults of an equation in words; of one that says that a quantity is a number, and of
     a condition, in a sentence.
@@ -414,12 +418,13 @@ def _list_reasons(case: Case, hearing: Hearing, judgement: Judgement) -> list[st
     printed, derived = hearing.printed, hearing.derived
     symbol = printed.defines
     if judgement.verdict in FAULTS and symbol is not None and derived is not None:
-        side = solve_for(printed.residual, symbol)
-        size = find_largest_size(solve_for(derived.residual, symbol), case.dense_cycle)
-        if side.is_number and size is not None and not judgement.edits:
+        side, meant = (solve_for(e.residual, symbol) for e in (printed, derived))
+        size = find_largest_size(meant, case.dense_cycle)
+        if side.is_Rational and size is not None and not judgement.edits:
             unit = "" if symbol.unit == "1" else f" {symbol.unit}"
-            reach = mpmath.nstr(size, 3)
-            return [f"{symbol.meaning} is said to be {side}, and reaches {reach}{unit}"]
+            is_short = len(str(meant)) <= SHORT
+            value = f"is {meant}" if is_short else f"reaches {mpmath.nstr(size, 3)}{unit}"
+            return [f"{symbol.meaning} is said to be {side}, and {value}"]
     if judgement.verdict == "contradicted" and derived is not None and printed.relation != "=":
         said, needed = map(_format_condition, (printed, derived))
         return [f"{printed.claims}: {said} is said, and {needed} is needed"]

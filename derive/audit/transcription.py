@@ -91,7 +91,8 @@ class _Writer(ast.NodeTransformer):
                 isinstance(function, type) and issubclass(function, sp.Function | sp.Abs)
             ):
                 name = ast.Name("sqrt" if function is sp.sqrt else function.__name__)
-                return ast.Call(name, [self.visit(part) for part in node.args], [])
+                arguments = (self.visit(part) for part in node.args)
+                return ast.Call(name, [a for a in arguments if isinstance(a, ast.expr)], [])
         return ast.parse(str(self._evaluate(node)), mode="eval").body
 
     def _evaluate(self, node: ast.AST) -> object:
@@ -126,7 +127,7 @@ def _typeset(node: ast.expr) -> tuple[str, int]:
         letter = GREEK["pi"] if node.id == "pi" else None
         return (f"<mi>{letter}</mi>" if letter else typeset_symbol(node.id)), ATOM
     if isinstance(node, ast.Constant):
-        return f"<mn>{node.value}</mn>", ATOM
+        return f"<mn>{node.value!s}</mn>", ATOM
     if isinstance(node, ast.UnaryOp):
         return f"{MINUS}{_bound(node.operand, PRODUCT)}", SUM
     if isinstance(node, ast.Call):
