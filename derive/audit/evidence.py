@@ -89,7 +89,7 @@ def write_unjudged(case: Case, number: str) -> Entry:
 
 @dataclass(frozen=True)
 class HearingEvidence:
-    """What one reading of an equation led to."""
+    """Evidence of the verdict on an equation under one reading."""
 
     case: Case
     number: str
@@ -120,10 +120,12 @@ class HearingEvidence:
         fails = judgement.verdict in ("misprint", "incomplete", "contradicted")
         keeps_sense = derived.relation == "=" or self.undivided * multiple > 0
         after = derived.relation if keeps_sense else FLIPPED[derived.relation]
-        found = [[] if judgement.domain else self._find_definitions(*pair) for pair in pairs]
-        holding = [place for place, names in enumerate(found) if names is not None]
+        definitions = [[] if judgement.domain else self._find_definitions(*pair) for pair in pairs]
+        holding = [place for place, names in enumerate(definitions) if names is not None]
         ways = [judgement.ways[place] for place in holding if judgement.ways]
-        names = [name for some in dict.fromkeys(map(tuple, filter(None, found))) for name in some]
+        names = [
+            name for some in dict.fromkeys(map(tuple, filter(None, definitions))) for name in some
+        ]
         entry |= {
             "derived": str(derived.residual),
             "relations": [printed.relation, after, derived.relation],
@@ -153,7 +155,7 @@ class HearingEvidence:
 
     @cached_property
     def meanings(self) -> dict[sp.Symbol, Expr]:
-        """What printed symbols stand for under this reading."""
+        """Meanings of printed symbols under this reading."""
         symbols = self.case.paper.equations[self.number].residual.free_symbols
         if self.hearing.choice.text is not None:
             symbols = self.hearing.choice.text.free_symbols
@@ -169,7 +171,7 @@ class HearingEvidence:
 
     @property
     def start(self) -> Expr:
-        """What the corrections change."""
+        """The residual that the corrections change, or a side of it."""
         judgement = self.hearing.judgement
         return self.hearing.printed.residual if judgement.start is None else judgement.start
 
@@ -186,7 +188,7 @@ class HearingEvidence:
 
     @property
     def sides(self) -> list[Expr]:
-        """What each way of correcting leaves of the start; the start itself without any."""
+        """Results of each way to correct the start; the start itself without any."""
         ways = self.hearing.judgement.ways or ((),)
         return [way[-1].result if way else self.start for way in ways]
 
@@ -228,18 +230,18 @@ class HearingEvidence:
         first before those of the second; what a definition brings in may be what the other has.
         """
         names: list[sp.Symbol] = []
-        known = self.table.keys() - {self.hearing.printed.defines}
+        defined = self.table.keys() - {self.hearing.printed.defines}
         rounds: dict[sp.Symbol, int] = {}
         for place in range(ROUNDS):
             if self._is_identity(first - second):
                 return names
-            sides = [side.free_symbols & known for side in (first, second)]
+            sides = [side.free_symbols & defined for side in (first, second)]
             rounds = {s: rounds.get(s, place) for s in sides[0] | sides[1]}
-            apart = sides[0] ^ sides[1] or sides[0]
-            if not apart:
+            in_one_side = sides[0] ^ sides[1] or sides[0]
+            if not in_one_side:
                 return None
-            next_ = min((rounds[s], s not in sides[0]) for s in apart)
-            chosen = [s for s in apart if (rounds[s], s not in sides[0]) == next_]
+            next_ = min((rounds[s], s not in sides[0]) for s in in_one_side)
+            chosen = [s for s in in_one_side if (rounds[s], s not in sides[0]) == next_]
             for name in sorted(chosen, key=str):
                 names.append(name)
                 replaced = {name: self.table[name]}
@@ -313,7 +315,7 @@ class HearingEvidence:
         }
 
     def _list_missing_actions(self) -> list[str]:
-        """List the actions of missing terms that the print does not name, and that are known in
+        """List the actions of missing terms that the print does not name, and that are defined in
         other quantities.
         """
         judgement = self.hearing.judgement
@@ -418,10 +420,10 @@ def format_evidence(records: Sequence[Entry], cases: Iterable[Case]) -> str:
     """Return the file of verdicts: the evidence of all, and the definitions that it names."""
     tables: dict[str, dict[str, str]] = {}
     for case in cases:
-        own = [record for record in records if record["paper"] == case.paper.name]
+        records_of_paper = [record for record in records if record["paper"] == case.paper.name]
         names = {
             name
-            for record in own
+            for record in records_of_paper
             for reading in record["readings"]
             for part in ("through", "definitions", "meaning_of_missing")
             for name in reading[part]

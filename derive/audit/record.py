@@ -426,8 +426,8 @@ def _list_reasons(case: Case, hearing: Hearing, judgement: Judgement) -> list[st
             value = f"is {meant}" if is_short else f"reaches {mpmath.nstr(size, 3)}{unit}"
             return [f"{symbol.meaning} is said to be {side}, and {value}"]
     if judgement.verdict == "contradicted" and derived is not None and printed.relation != "=":
-        said, needed = map(_format_condition, (printed, derived))
-        return [f"{printed.claims}: {said} is said, and {needed} is needed"]
+        stated, needed = map(_format_condition, (printed, derived))
+        return [f"{printed.claims}: {stated} is said, and {needed} is needed"]
     actions, reactions = case.subject.actions(), case.subject.reactions()
     return list(list_reasons(judgement, printed, actions, reactions, case.cycle))
 

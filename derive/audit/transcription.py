@@ -21,7 +21,7 @@ from .typesetting import (
     PLUS,
     RELATIONS,
     TIMES,
-    bracketed,
+    add_brackets,
     typeset_symbol,
 )
 
@@ -152,7 +152,7 @@ def _typeset(node: ast.expr) -> tuple[str, int]:
 def _bound(node: ast.expr, strength: int) -> str:
     """Return a part in MathML, in brackets where it is bound less strongly."""
     text, own_strength = _typeset(node)
-    return text if own_strength >= strength else bracketed(text)
+    return text if own_strength >= strength else add_brackets(text)
 
 
 def _typeset_call(node: ast.Call) -> str:
@@ -168,4 +168,4 @@ def _typeset_call(node: ast.Call) -> str:
     if node.func.id == "Abs":
         return f"<mrow><mo>|</mo>{parts}<mo>|</mo></mrow>"
     name = f"<mi>{escape(node.func.id)}</mi><mo>\N{FUNCTION APPLICATION}</mo>"
-    return f"<mrow>{name}{bracketed(parts)}</mrow>"
+    return f"<mrow>{name}{add_brackets(parts)}</mrow>"

@@ -15,7 +15,7 @@ from typing import Any
 
 from . import key
 from .case import Case, judge_references
-from .check_verdicts import describe
+from .check_verdicts import describe_verdict as describe_evidence
 from .evidence import format_evidence
 from .judge import UNJUDGED
 from .laws import ChainLaws, attempted_violation, judge_laws, record_untried_law
@@ -360,7 +360,7 @@ def judge_cases(modules: Iterable[ModuleType], committed: Path | None = None) ->
         for row in c.source.list_rows()
     ]
     evidence = [
-        record[EVIDENCE] | {"statement": describe(record[EVIDENCE])}
+        record[EVIDENCE] | {"statement": describe_evidence(record[EVIDENCE])}
         for record in records
         if EVIDENCE in record
     ]

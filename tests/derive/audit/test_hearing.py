@@ -335,9 +335,9 @@ def test_assumed_shape_of_the_shaft_needs_a_hinged_end() -> None:
     freely admits it.
     """
     judged = judge_readings(only(CASES["shi2021"], "10"), "10")
-    assert [tuple(h.judgement.loose) for h in judged.alternatives] == [("slope at the bearing",)] * 2 + [
-        ()
-    ]
+    assert [tuple(h.judgement.loose) for h in judged.alternatives] == [
+        ("slope at the bearing",)
+    ] * 2 + [()]
 
 
 def test_end_of_a_beam_starts_with_the_speed_of_the_body() -> None:
