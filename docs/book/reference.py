@@ -55,7 +55,7 @@ PAGES = {
                 ".force .torque .spring .strut .bushing .motor .actuator derive.creeping "
                 "derive.dahl"
             ),
-            "Contacts and teeth": ".contact .compliant_contact .follower .mesh .compliant_mesh .couple "
+            "Contacts and teeth": ".contact .compliant_contact .impact .follower .mesh .compliant_mesh .couple "
             "derive.GearContact "
             "derive.SlidingContact derive.SharedContact derive.tangent_angle derive.Impact "
             "derive.ImpactLaw",

@@ -5,10 +5,12 @@ to cite, proofs, comparisons, meanings, this installation and its speed.
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
+from functools import partial
 from importlib import resources
 from pathlib import Path
 from textwrap import fill
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -44,6 +46,9 @@ from planter.report.options import (
     refuse_unused,
     writes_files,
 )
+
+if TYPE_CHECKING:
+    from planter.engine.proof.objective import ProvableObjective
 
 app = typer.Typer()
 
@@ -224,6 +229,23 @@ def _wrap(work: Cited) -> str:
     )
 
 
+def _rebuild_objective(
+    file: Path, source: str | None, document: Mapping[str, Any]
+) -> ProvableObjective:
+    """Return the objective of the machine of a proof, as it is generated here.
+
+    Its file may also lie beside that of the proof, or in the folder above.
+    """
+    stated = Path(document["machine"]["source"])
+    places = [stated, file.parent / stated.name, file.parent.parent / stated.name]
+    source = source or str(next((place for place in places if place.is_file()), stated))
+    part = examples.load_part(source, "proof")
+    if part is None:
+        raise InputError(f"{source}: there is no such machine; --machine names its file")
+    objective: ProvableObjective = part.rebuild_objective(source, document)
+    return objective
+
+
 @app.command("prove")
 def check_proof(
     file: Annotated[
@@ -233,18 +255,26 @@ def check_proof(
     check: Annotated[
         bool, typer.Option("--check", help="compute each of its bounds again (the default)")
     ] = True,
+    machine: Annotated[
+        str | None,
+        typer.Option(
+            metavar="MACHINE",
+            help="the machine, if it is not where the proof says",
+            show_default=False,
+        ),
+    ] = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Compute each bound of a proof again, from its file alone.
+    """Compute each bound of a proof again, and compare its programs with those of its machine.
 
-    Exit code 1 if one does not follow. `check_proof.py` beside the file does the same without
-    planter.
+    Exit code 1 if a bound does not follow, or the machine is another. `check_proof.py` beside the
+    file computes the bounds without planter.
     """
     console = Console(as_json)
     with console.outcome():
         from planter.engine.proof.certificate_file import check_document, read_document
 
-        result = check_document(read_document(file))
+        result = check_document(read_document(file), partial(_rebuild_objective, file, machine))
         console.result(result, lambda: print(result.describe()))
     if not result.valid:
         raise typer.Exit(1)
@@ -269,6 +299,10 @@ def diff(
         ),
     ] = None,
     hold: HoldOption = None,
+    until: Annotated[
+        float | None,
+        typer.Option(metavar="S", min=1e-9, help="end of free motions [s]", show_default=False),
+    ] = None,
     set_: SetOption = None,
     speed_rpm: SpeedOption = None,
     as_json: JsonOption = False,
@@ -281,6 +315,8 @@ def diff(
     The objective of A and the limits of all files are evaluated for every machine. `--set` and
     `--speed-rpm` apply to all of them. For example: planter diff wang2017 out/optimum.toml --out
     compared
+
+    What moves freely is compared over a time: planter diff a.toml b.toml --until 2
     """
     console = Console(as_json)
     with console.outcome():
@@ -288,7 +324,7 @@ def diff(
         from planter.cli.machine_comparison import ComparisonOptions, compare_machines
 
         options = ComparisonOptions(
-            parse_changes(set_), speed_rpm, model.value, hold or (), quantity or ()
+            parse_changes(set_), speed_rpm, model.value, hold or (), quantity or (), until
         )
         present_comparison(compare_machines(machines, options)).show(console, out)
 

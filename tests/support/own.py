@@ -25,6 +25,7 @@ EXAMPLES = ROOT / "docs" / "examples"
 DERIVED = ROOT / ".pytest_cache" / "derived"
 LIBRARY = (
     "belt_drive",
+    "cart_pole",
     "coupler_path",
     "eccentric_train",
     "gear_rattle",
@@ -42,6 +43,7 @@ LIBRARY = (
     "released_device",
     "released_press",
     "released_train",
+    "rotary_transplanter",
     "row_unit",
     "rssr",
     "scotch_yoke",
