@@ -378,6 +378,7 @@ def record(number: str, *why: str, terms: tuple[str, ...] = ()) -> dict[str, Any
     return {
         "paper": "p",
         "equation": number,
+        "grade": "at fault",
         "reasons": list(why),
         "terms": [{"term": t} for t in terms],
         "claims": "sum",
