@@ -77,7 +77,7 @@ def schemas() -> str:
         for name, kind in sorted(schema.load_result_types().items())
     )
     return (
-        "# Schemas of results\n\nJSON Schema 2020-12, as `planter schema` prints it.\n\n"
+        "# Schemas of results\n\nJSON Schema 2020-12, as `planter about schema` prints it.\n\n"
         + "\n".join(parts)
     )
 

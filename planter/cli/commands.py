@@ -12,7 +12,7 @@ from typing import Annotated
 
 import typer
 
-from planter import paths
+from planter import menu, paths
 from planter.cli.results import (
     QUICK_WORKS,
     WORKS,
@@ -120,7 +120,8 @@ def derive(
 @app.command()
 def schema(
     command: Annotated[
-        list[str] | None, typer.Argument(help="a command, as `clutch geometry`", show_default=False)
+        list[str] | None,
+        typer.Argument(help="a command, as `design clutch geometry`", show_default=False),
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
@@ -129,7 +130,8 @@ def schema(
     with console.outcome():
         from planter.files import schema as schemas
 
-        kinds, name = schemas.load_result_types(), " ".join(command or ())
+        kinds = schemas.load_result_types()
+        name = menu.current_result(" ".join(command or ()))
         if not name:
             listed = sorted(kinds)
             console.result(Listed(listed), lambda: print("\n".join(listed)))
@@ -183,7 +185,7 @@ def cite(
     name: Annotated[
         list[str] | None,
         typer.Argument(
-            help="a command, as `optimise` or `clutch engage`, or a work, as wang2017",
+            help="a command, as `optimise` or `design clutch engage`, or a work, as wang2017",
             show_default=False,
         ),
     ] = None,
@@ -192,7 +194,10 @@ def cite(
     ] = False,
     as_json: JsonOption = False,
 ) -> None:
-    """List the works to cite for a command's result. For example: planter cite optimise --bibtex"""
+    """List the works to cite for a command's result.
+
+    For example: planter about cite optimise --bibtex
+    """
     console = Console(as_json)
     with console.outcome():
         from planter.cli.references import cite_works, load_references
@@ -207,7 +212,7 @@ def cite(
             ]
             console.result(listed, lambda: print("\n".join(lines)))
             return
-        title = " ".join(name)
+        title = menu.current_result(" ".join(name))
         result = Citations(title, cite_works(title))
         console.result(
             result,
@@ -314,7 +319,7 @@ def explain(
     """Explain a symbol or a key: meaning, unit, source.
 
     Of a machine, every value with its bounds, every quantity, and the functions; `--out` writes
-    its drawings with the symbols on them: `planter explain wang2017 --out drawn`.
+    its drawings with the symbols on them: `planter about explain wang2017 --out drawn`.
     """
     console = Console(as_json)
     with console.outcome():

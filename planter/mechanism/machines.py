@@ -110,7 +110,7 @@ def build_machine(mechanism: MechanismFile) -> Machine:
     formulas = mechanism.model
     sidecar = formulas.sidecar
     if not mechanism.is_driven:
-        message = f"no angle drives {mechanism.name}; run `planter move` for its free motion"
+        message = f"no angle drives {mechanism.name}; run `planter simulate` for its free motion"
         raise InputError(f"{mechanism.source}: {message}")
     stages = _stages(formulas)
     names = [value.name for value in _values(formulas)]

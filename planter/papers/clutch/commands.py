@@ -1,4 +1,4 @@
-"""Commands of the clutch: `planter clutch NAME` for engagement, field tests and shape."""
+"""Commands of the clutch: `planter design clutch NAME` for engagement, field tests and shape."""
 
 from __future__ import annotations
 
@@ -137,7 +137,7 @@ def evaluate_field(
 
     Columns of the file: `run` counts the runs; `blank`, `empty` or `error` is a column of the array
     that no factor is assigned to; `Y`, `Y1`, `Y2_cm`, ... are responses; every other column is a
-    factor. Levels must form an orthogonal array, as those of `planter clutch plan`.
+    factor. Levels must form an orthogonal array, as those of `planter design clutch plan`.
 
     Best are the levels whose prediction comes closest to the goal of a response; for all responses
     together, those with the best mean rank: --goal Y1=larger --goal Y2=smaller.
@@ -188,7 +188,7 @@ def plan_field(
 ) -> None:
     """Plan a field test on an orthogonal array.
 
-    The plan is a CSV file to fill in, which `planter clutch field` reads back.
+    The plan is a CSV file to fill in, which `planter design clutch field` reads back.
     """
     console = Console(as_json)
     with console.outcome():
