@@ -13,7 +13,7 @@ import typer
 from typer.testing import CliRunner
 
 from planter.cli.app import build_application
-from planter.cli.commands import list_topics
+from planter.cli.guide import list_topics
 from planter.files import schema
 
 LINES = 20

@@ -1,11 +1,10 @@
-"""Commands that belong to no machine: built-in files, derivation, schemas, topics of help, papers
-to cite, proofs, comparisons, meanings, this installation and its speed.
+"""Commands that belong to no machine: files to start from, derivation, schemas, help, works to cite,
+proofs, comparisons, meanings, this installation and its speed.
 """
 
 from __future__ import annotations
 
 import json
-from importlib import resources
 from pathlib import Path
 from textwrap import fill
 from typing import Annotated
@@ -23,8 +22,9 @@ from planter.cli.results import (
     Example,
     Examples,
     Listed,
+    Templates,
+    TemplateWritten,
     Topic,
-    Topics,
 )
 from planter.errors import InputError
 from planter.files import derivation, examples
@@ -39,7 +39,6 @@ from planter.report.options import (
     OverwriteOption,
     SetOption,
     SpeedOption,
-    list_allowed,
     parse_changes,
     refuse_unused,
     writes_files,
@@ -68,6 +67,39 @@ def example(
         else:
             text = examples.example(name)
             console.result(Example(name, text), lambda: print(text, end=""))
+
+
+@app.command()
+def new(
+    template: Annotated[
+        str | None, typer.Argument(help="name of a template", show_default=False)
+    ] = None,
+    file: Annotated[
+        Path | None,
+        typer.Argument(help="file to write [default: named after it]", show_default=False),
+    ] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """List templates of machines, statements and data, or write one to start from.
+
+    No file is overwritten. The commands to type next are printed.
+    """
+    console = Console(as_json)
+    with console.outcome():
+        from planter.cli import templates
+
+        if template is None:
+            described = {name: entry.content for name, entry in templates.TEMPLATES.items()}
+            console.result(
+                Templates(described),
+                lambda: console.table(
+                    "Templates: planter new NAME", ("name", "content"), list(described.items())
+                ),
+            )
+            return
+        written, steps = templates.write_template(templates.read_template(template), file)
+        lines = [*written, "", "Next:", *(f"  {step}" for step in steps)]
+        console.result(TemplateWritten(template, written, steps), lambda: print("\n".join(lines)))
 
 
 FileArgument = Annotated[
@@ -144,40 +176,32 @@ def schema(
         )
 
 
-_FOLDER = resources.files(__package__).joinpath("topics")
-
-
-def list_topics() -> list[str]:
-    """Return the names of the topics, sorted."""
-    return sorted(
-        page.name.removesuffix(".md") for page in _FOLDER.iterdir() if page.name.endswith(".md")
-    )
-
-
-def read_topic(topic: str) -> str:
-    """Return the page of a topic. Raises InputError for an unknown name."""
-    allowed = list_topics()
-    if topic not in allowed:
-        raise InputError.for_value("TOPIC", topic, paths.suggest_names(topic, allowed))
-    return _FOLDER.joinpath(f"{topic}.md").read_text(encoding="utf-8")
-
-
-@app.command(name="help", cls=list_allowed(topic=list_topics))
-def help_topics(
-    topic: Annotated[
-        str | None, typer.Argument(help="what to read about", show_default=False)
+@app.command(name="help")
+def read_help(
+    name: Annotated[
+        str | None,
+        typer.Argument(
+            help="a topic, a page, or a word of statements, such as m.pin",
+            show_default=False,
+        ),
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
-    """List the topics that concern all commands, or print one."""
+    """List what there is to read about, or print a page of it.
+
+    These are topics that concern all commands, pages of the documentation, and the words that
+    mechanisms, formulas and papers of your own are stated with.
+    """
     console = Console(as_json)
     with console.outcome():
-        if topic is None:
-            listed = list_topics()
-            console.result(Topics(listed), lambda: print("\n".join(listed)))
+        from planter.cli import guide
+
+        if name is None:
+            listed = guide.describe_guide()
+            console.result(listed, lambda: print(guide.format_guide(listed)))
         else:
-            page = read_topic(topic)
-            console.result(Topic(topic, page), lambda: print(page, end=""))
+            text = guide.read_guide(name)
+            console.result(Topic(name, text), lambda: print(text.rstrip("\n")))
 
 
 @app.command()

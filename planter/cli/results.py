@@ -66,15 +66,33 @@ class Listed(Record):
 
 
 @dataclass(frozen=True)
+class Templates(Record):
+    """`planter new`: what each template is, by name."""
+
+    templates: dict[str, str]
+
+
+@dataclass(frozen=True)
+class TemplateWritten(Record):
+    """`planter new TEMPLATE`: the files that were written, and the commands to type next."""
+
+    template: str
+    files: list[str]
+    next: list[str]
+
+
+@dataclass(frozen=True)
 class Topics(Record):
-    """`planter help`: what there is to read about."""
+    """`planter help`: what there is to read about; titles of pages and meanings of words by name."""
 
     topics: list[str]
+    pages: dict[str, str]
+    words: dict[str, str]
 
 
 @dataclass(frozen=True)
 class Topic(Record):
-    """`planter help TOPIC`: a page."""
+    """`planter help NAME`: the text of a topic, a page or a word."""
 
     topic: str
     text: str
@@ -295,6 +313,7 @@ class Benchmark(Record):
 
 
 COMMANDS = {
+    "new": Templates | TemplateWritten,
     "about example": Examples | Example,
     "derive": Derived,
     "about schema": Listed,
