@@ -28,6 +28,7 @@ from planter.cli.results import (
 )
 from planter.errors import InputError
 from planter.files import derivation, examples
+from planter.report.completion import complete_files, complete_machines
 from planter.report.console import Console
 from planter.report.folder import NAME
 from planter.report.options import (
@@ -47,10 +48,31 @@ from planter.report.options import (
 app = typer.Typer()
 
 
+def _list_examples() -> list[str]:
+    return examples.list_examples()
+
+
+def _list_templates() -> list[str]:
+    from planter.cli import templates
+
+    return list(templates.TEMPLATES)
+
+
+def _list_reading() -> list[str]:
+    from planter.cli import guide, words
+
+    return [*guide.list_topics(), *guide.list_pages(), *words.list_words()]
+
+
 @app.command()
 def example(
     name: Annotated[
-        str | None, typer.Argument(help="a built-in machine or data file", show_default=False)
+        str | None,
+        typer.Argument(
+            help="a built-in machine or data file",
+            show_default=False,
+            autocompletion=_list_examples,
+        ),
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
@@ -72,7 +94,12 @@ def example(
 @app.command()
 def new(
     template: Annotated[
-        str | None, typer.Argument(help="name of a template", show_default=False)
+        str | None,
+        typer.Argument(
+            help="name of a template",
+            show_default=False,
+            autocompletion=_list_templates,
+        ),
     ] = None,
     file: Annotated[
         Path | None,
@@ -108,6 +135,7 @@ FileArgument = Annotated[
         metavar="FILE",
         help="a Python file, a folder of such files, or a robot (.urdf)",
         show_default=False,
+        autocompletion=complete_files(".py", ".urdf"),
     ),
 ]
 FolderOption = Annotated[
@@ -183,6 +211,7 @@ def read_help(
         typer.Argument(
             help="a topic, a page, or a word of statements, such as m.pin",
             show_default=False,
+            autocompletion=_list_reading,
         ),
     ] = None,
     as_json: JsonOption = False,
@@ -257,7 +286,12 @@ def _wrap(work: Cited) -> str:
 def check_proof(
     file: Annotated[
         Path,
-        typer.Argument(metavar="FILE", help="a proof.json of optimise --prove", show_default=False),
+        typer.Argument(
+            metavar="FILE",
+            help="a proof.json of optimise --prove",
+            show_default=False,
+            autocompletion=complete_files(".json"),
+        ),
     ],
     check: Annotated[
         bool, typer.Option("--check", help="compute each of its bounds again (the default)")
@@ -288,6 +322,7 @@ def diff(
             metavar="A B [C ...]",
             help="two or more machines of one kind: files, or names of built-in ones",
             show_default=False,
+            autocompletion=complete_machines,
         ),
     ],
     model: ModelOption = ModelName.exact,
@@ -330,6 +365,7 @@ def explain(
         typer.Argument(
             help="a symbol or key, as F_B1x, mass.sun_kg, range_N, tip_x_mm; or a machine",
             show_default=False,
+            autocompletion=complete_machines,
         ),
     ] = None,
     key: Annotated[

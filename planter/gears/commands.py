@@ -10,6 +10,7 @@ from typing import Annotated, Any
 import typer
 
 from planter.errors import InputError
+from planter.report.completion import complete_machines
 from planter.report.console import Console
 from planter.report.options import (
     JsonOption,
@@ -81,7 +82,9 @@ def gears(
     machine: Annotated[
         str | None,
         typer.Argument(
-            help="a machine file, or the name of a built-in machine", show_default=False
+            help="a machine file, or the name of a built-in machine",
+            show_default=False,
+            autocompletion=complete_machines,
         ),
     ] = None,
     curve: Annotated[

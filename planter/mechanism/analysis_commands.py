@@ -8,6 +8,7 @@ import typer
 
 from planter.errors import InputError
 from planter.mechanism.simulate_command import open_machine
+from planter.report.completion import complete_machines
 from planter.report.console import Console
 from planter.report.options import (
     JsonOption,
@@ -73,7 +74,9 @@ def cam(
     machine: Annotated[
         str,
         typer.Argument(
-            help="a machine file, a built-in machine, or your mechanism", show_default=False
+            help="a machine file, a built-in machine, or your mechanism",
+            show_default=False,
+            autocompletion=complete_machines,
         ),
     ],
     roller_mm: Annotated[

@@ -18,6 +18,7 @@ from typer.core import TyperArgument, TyperCommand, TyperOption
 from planter import safe_text
 from planter.errors import InputError, Interrupted
 from planter.report import folder
+from planter.report.completion import complete_changes, complete_machines
 from planter.report.console import Console
 
 
@@ -35,6 +36,7 @@ MachineArgument = Annotated[
         "NAME.toml, or NAME of one here "
         "or in generated/",
         show_default=False,
+        autocompletion=complete_machines,
     ),
 ]
 ModelOption = Annotated[
@@ -58,6 +60,7 @@ SetOption = Annotated[
         "example` shows one: "
         "in full, as mass.sun_kg or nozzle.hinge_A_mm[0], or its last part if that is unique",
         show_default=False,
+        autocompletion=complete_changes,
     ),
 ]
 SpeedOption = Annotated[

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from planter.errors import InputError, PlanterError
+from planter.report.completion import complete_sources
 from planter.report.console import Console
 from planter.report.folder import renew_files
 from planter.report.options import (
@@ -34,7 +35,10 @@ app.add_typer(clutch, name="clutch")
 ClutchArgument = Annotated[
     str,
     typer.Argument(
-        metavar="CLUTCH", help="a clutch file, or the name of a built-in one", show_default=False
+        metavar="CLUTCH",
+        help="a clutch file, or the name of a built-in one",
+        show_default=False,
+        autocompletion=complete_sources("clutch"),
     ),
 ]
 
@@ -110,7 +114,11 @@ def engage_clutch(
 @writes_files("summary.json", "report.html")
 def evaluate_field(
     data: Annotated[
-        str, typer.Argument(help="a CSV file of runs, or the name of a built-in one")
+        str,
+        typer.Argument(
+            help="a CSV file of runs, or the name of a built-in one",
+            autocompletion=complete_sources("clutch", ".csv"),
+        ),
     ] = "shi2021-field",
     goal: Annotated[
         NamesOption,
