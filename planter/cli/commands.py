@@ -107,9 +107,10 @@ def new(
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
-    """List templates of machines, statements and data, or write one to start from.
+    """List files to start from, or write one.
 
-    No file is overwritten. The commands to type next are printed.
+    They are machines, statements of mechanisms in Python, data, and a paper. No file is
+    overwritten, and the commands to type next are printed.
     """
     console = Console(as_json)
     with console.outcome():

@@ -26,6 +26,7 @@ DERIVED = ROOT / ".pytest_cache" / "derived"
 LIBRARY = (
     "belt_drive",
     "coupler_path",
+    "crank_rocker",
     "eccentric_train",
     "gear_rattle",
     "geared_five_bar",
@@ -35,6 +36,7 @@ LIBRARY = (
     "internal_gears",
     "lift_arm",
     "measured_gears",
+    "pendulum",
     "pin_clearance",
     "planetary_gear",
     "rack_press",
