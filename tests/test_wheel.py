@@ -264,7 +264,9 @@ def test_user_file_runs_from_wheel(environment: Path, examples: Path) -> None:
 def test_an_example_turns_and_is_optimised_from_the_wheel(
     name: str, environment: Path, derived: Path
 ) -> None:
-    turn = read(run(derived, environment / "planter", "simulate", name, "--samples", "36", "--json"))
+    turn = read(
+        run(derived, environment / "planter", "simulate", name, "--samples", "36", "--json")
+    )
     assert max(law["violation"] for law in turn["laws"]) < 1e-9
     options = ("--least", TURNED[name], "--starts", "1", "--out", f"best {name}", "--json")
     best = read(run(derived, environment / "planter", "optimise", name, *options))

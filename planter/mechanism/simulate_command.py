@@ -58,6 +58,9 @@ FREE_OPTIONS = (
     *SINGLE_OPTIONS,
 )
 
+MOTOR_FILES, FREE_FILES = ("turn.csv",), ("values.csv", "runs.csv")
+"""Files that a mode writes besides those of all."""
+
 
 def open_machine(
     source: str,
@@ -294,6 +297,8 @@ def simulate(
             refuse_unused("without --ensemble", *ENSEMBLE_OPTIONS)
         else:
             refuse_unused("with --ensemble", *SINGLE_OPTIONS)
+        if out is not None:
+            check_files(out, MOTOR_FILES if motor else FREE_FILES if until is not None else ())
         if check:
             other = ("--motor", *CYCLE_OPTIONS, *FREE_OPTIONS, "--out", "--overwrite")
             refuse_unused("with --check", *other)
@@ -386,8 +391,6 @@ def _show_drive(
     missing = [option for option, value in curve.items() if value is None]
     if missing:
         raise InputError(f"--motor needs {missing[0]}")
-    if out is not None:
-        check_files(out, ("turn.csv",))
     check_samples(samples)
     rad_s = units.unit_factor("idle_rpm")
     stall_nm, idle_rpm, flywheel_kgm2 = (value for value in curve.values() if value is not None)
@@ -411,8 +414,6 @@ def _show_motion(
     from planter.mechanism.motion import compute_motion
     from planter.mechanism.presentation import present_motion
 
-    if out is not None:
-        check_files(out, ("values.csv",))
     history = None if input_ is None else read_history(input_, file)
     motion = compute_motion(
         Dynamics(file, history),
@@ -441,8 +442,6 @@ def _show_ensemble(
     from planter.mechanism.ensemble import compute_ensemble
     from planter.mechanism.presentation import present_ensemble
 
-    if out is not None:
-        check_files(out, ("values.csv", "runs.csv"))
     runs = compute_ensemble(
         file,
         options.until,

@@ -95,7 +95,7 @@ TAMPERINGS: dict[str, Callable[[dict[str, Any]], object]] = {
     "a key too many": lambda result: result.update(surplus=1),
     "a key missing": lambda result: result.pop(next(iter(result))),
     "a text for a number": lambda result: result.update(
-        {next(keys(result, str | float | int | bool | list)): {}}
+        {next(keys(result, str | float | int | bool | list | dict)): [{}]}
     ),
 }
 
@@ -111,11 +111,11 @@ def test_tampered_outputs_do_not(
 
 
 def test_changed_unit_is_detected_at_depth() -> None:
-    result = json.loads(output("clutch geometry"))
+    result = json.loads(output("design clutch geometry"))
     other = copy.deepcopy(result)
     other["travel"][0]["printed_cm"] = other["travel"][0].pop("printed_mm")
-    assert fits("clutch geometry", result)
-    assert not fits("clutch geometry", other)
+    assert fits("design clutch geometry", result)
+    assert not fits("design clutch geometry", other)
 
 
 def test_schema_command_prints_or_suggests() -> None:

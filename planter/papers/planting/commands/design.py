@@ -198,6 +198,8 @@ def optimise(
     with console.outcome(), renew_files(out):
         if all_pairs:
             refuse_unused("with --all-pairs", *SINGLE_OPTIONS)
+            if out is not None:
+                check_files(out, ["devices.csv", *figure_files("comparison")])
             content = load_device_file(machine, set_, speed_rpm)
             search = PairSearch(starts or PAIR_STARTS, seed, resume, pair, workers, cluster)
             _compare_pairs(console, content, search, out)
@@ -323,10 +325,7 @@ def _compare_pairs(
     from planter.papers.planting.family_comparison import compare_families
     from planter.papers.planting.family_pairs import parse_pairs
     from planter.papers.planting.presentation import present_comparison
-    from planter.report.folder import check_files
 
-    if out is not None:
-        check_files(out, ["devices.csv", *figure_files("comparison")])
     result = compare_families(
         machine,
         search.starts,
