@@ -66,9 +66,8 @@ class Menu(TyperGroup):
         listed = {name for names in menu.SECTIONS.values() for name in names}
         *_, last = menu.SECTIONS
         for title, names in menu.SECTIONS.items():
-            present = [name for name in names if name in self.commands]
-            others = sorted(self.commands.keys() - listed) if title == last else []
-            yield title, present + others
+            unlisted = sorted(self.commands.keys() - listed) if title == last else []
+            yield title, [name for name in names if name in self.commands] + unlisted
 
 
 def build_application() -> typer.Typer:

@@ -123,16 +123,15 @@ def write_template(template: Template, target: Path | None) -> tuple[list[str], 
         raise InputError.for_value("FILE", str(target), f"its name must end in {suffix}")
     texts = {target: _read_source(template.source)}
     texts |= {target.with_name(name): _read_source(name) for name in template.companions}
-    taken = next(filter(os.path.lexists, texts), None)
-    if taken is not None:
-        raise InputError(f"{taken}: this file exists, and it is not overwritten; name another FILE")
+    for path in filter(os.path.lexists, texts):
+        raise InputError(f"{path}: this file exists, and it is not overwritten; name another FILE")
     folder.output_folder(target.parent)
     for path, text in texts.items():
         folder.create_file(path, text.encode())
-    beside = str(target.parent / "_")[:-1] if target.parent != Path() else ""
+    prefix = str(target.parent / "_")[:-1] if target.parent != Path() else ""
 
     def complete(step: str) -> str:
-        words = (word.format(file=target, folder=beside) for word in step.split(" "))
+        words = (word.format(file=target, folder=prefix) for word in step.split(" "))
         return shlex.join(words)
 
     steps = [complete(step) for step in template.steps]

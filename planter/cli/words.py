@@ -159,7 +159,7 @@ Place = tuple[str, Node, ast.stmt | None]
 def _find_definitions(module: str, name: str) -> Iterator[Place]:
     """Yield the definition of a name that a module defines or imports."""
     tree = _parse(module)
-    yield from ((module, *found) for found in _search(tree.body, name))
+    yield from ((module, *match) for match in _search(tree.body, name))
     for node in ast.walk(tree):
         if isinstance(node, ast.ImportFrom):
             for alias in node.names:
@@ -174,7 +174,7 @@ def _find_definitions(module: str, name: str) -> Iterator[Place]:
 def _find_members(module: str, node: Node, _: ast.stmt | None, name: str) -> Iterator[Place]:
     """Yield the member of a class, or that of a class that it inherits from."""
     if isinstance(node, ast.ClassDef):
-        yield from ((module, *found) for found in _search(node.body, name))
+        yield from ((module, *match) for match in _search(node.body, name))
         for base in node.bases:
             for place in _find_definitions(module, ast.unparse(base).partition("[")[0]):
                 yield from _find_members(*place, name)
@@ -205,8 +205,8 @@ def _read_string(node: ast.stmt | None) -> str:
 def _format_signature(node: Node) -> str:
     """Return how a function is called, or a class made, empty for what is not called."""
     if isinstance(node, ast.ClassDef):
-        made = next((found for found, _ in _search(node.body, "__init__")), None)
-        return "" if made is None else _format_signature(made).partition(" -> ")[0]
+        methods = [method for method, _ in _search(node.body, "__init__")]
+        return _format_signature(methods[0]).partition(" -> ")[0] if methods else ""
     if not isinstance(node, ast.FunctionDef) or any(
         ast.unparse(decorator).endswith("property") for decorator in node.decorator_list
     ):

@@ -83,22 +83,23 @@ def open_machine(
 
 HELP = """Compute forces and motion of a machine over a cycle.
 
-For your own mechanism: every quantity, works, and a check of the laws of mechanics. With --motor the torque of the
-drive falls with its speed, which then fluctuates; your mechanism needs `acceleration=` in its statement for that,
-Mechanism(..., speed=q.omega, acceleration=q.eps).
+For your own mechanism: every quantity, works, and a check of the laws of mechanics. With --motor
+the torque of the drive falls with its speed, which then fluctuates; your mechanism needs
+`acceleration=` in its statement for that, Mechanism(..., speed=q.omega, acceleration=q.eps).
 
-What no angle drives moves from its initial state --until a time. --ensemble integrates it from many random starts
-near that one and reports bands, statistics, and how fast the runs part, with the largest Lyapunov exponent.
+What no angle drives moves from its initial state --until a time. --ensemble integrates it from many
+random starts and reports bands, statistics, and how fast the runs part, with the largest Lyapunov
+exponent.
 
---check computes no more than what shows that a file is sound: values, gears, loops over the whole cycle and limits;
-it warns of unusual values.
+--check computes no more than what shows that a file is sound: values, gears, loops over the whole
+cycle and limits; it warns of unusual values.
 
 \b
     planter simulate wang2017 --at 0 --at 100 --out run
     planter simulate my.toml --check
     planter simulate wang2017 --motor --stall-Nm 6 --idle-rpm 42 --flywheel-kgm2 0.4
     planter simulate own/whipple.toml --until 4 --set v_m_s=5.5 --out ride
-    planter simulate own/gear_rattle.toml --until 1 --points 2001 --ensemble 32 --since 0.2 --period 0.05236
+    planter simulate own/gear_rattle.toml --until 1 --points 2001 --ensemble 32 --since 0.2
 """
 
 
@@ -287,6 +288,7 @@ def simulate(
     as_json: JsonOption = False,
     out: OutOption = None,
 ) -> None:
+    """Compute a cycle or a free motion, or check a file, as the options say."""
     console = Console(as_json)
     with console.outcome():
         if not lift:

@@ -24,7 +24,7 @@ MOST = 200
 def complete_sources(
     kind: str | None = None, suffix: examples.Suffix = ".toml"
 ) -> Callable[[str], list[str]]:
-    """Return a completion by built-in files of a package, of any if `kind` is None, and by files."""
+    """Return a completion by built-in files, of all packages if `kind` is None, and by files."""
 
     def complete(incomplete: str) -> list[str]:
         return [*examples.list_examples(kind, suffix), *_list_files(incomplete, suffix)]

@@ -75,13 +75,13 @@ def test_command_that_fails_is_detected() -> None:
 @pytest.mark.parametrize("name", ["slider-crank", "paper", "clutch"])
 def test_existing_file_is_never_overwritten(name: str, folder: Path) -> None:
     """Neither the file nor one that it needs; then nothing is written at all."""
-    for taken in answer("new", name)["files"]:
+    for existing in answer("new", name)["files"]:
         for path in folder.iterdir():
             path.unlink()
-        Path(taken).write_text("mine", encoding="utf-8")
+        Path(existing).write_text("mine", encoding="utf-8")
         assert "this file exists, and it is not overwritten" in refusal("new", name)
-        assert [path.name for path in folder.iterdir()] == [taken]
-        assert Path(taken).read_text(encoding="utf-8") == "mine"
+        assert [path.name for path in folder.iterdir()] == [existing]
+        assert Path(existing).read_text(encoding="utf-8") == "mine"
 
 
 def test_dangling_link_is_not_followed(folder: Path) -> None:
