@@ -66,7 +66,8 @@ class Quantity(sp.Symbol):
             raise ValueError(f"quantity {name}: unit, meaning and source are all needed")
         refuse_name("quantity", name)
         self = sp.Symbol.__xnew__(cls, name, real=True)
-        self.unit, self.meaning, self.source, self.shown = unit, meaning, source, shown
+        self.unit, self.source, self.shown = unit, source, shown
+        self.meaning = " ".join(meaning.split())  # comments of generated code are lines
         return self
 
     def _hashable_content(self) -> tuple[object, ...]:

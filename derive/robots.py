@@ -87,13 +87,36 @@ def read_robot(path: Path) -> Robot:
         raise RobotError(f"{path}: it is no XML: {error}") from None
     if root.tag != "robot":
         raise RobotError(f"{path}: <{root.tag}>: a URDF file has <robot>")
+    for tag in ("link", "joint"):
+        _refuse_equal_names([_name(element, path) for element in root.findall(tag)], tag, path)
     links = {_name(link, path): list(_read_inertial(link, path)) for link in root.findall("link")}
     joints = [_read_joint(joint, links, path) for joint in root.findall("joint")]
+    _check_followers(joints, path)
     children = [joint.child for joint in joints]
     bases = [link for link in links if link not in children]
     if len(bases) != 1 or len(set(children)) != len(children):
         raise RobotError(f"{path}: links must form a tree with a single base; bases are {bases}")
     return _merge_fixed(Robot(root.get("name") or path.stem, links), joints, bases[0], path)
+
+
+def _refuse_equal_names(names: Sequence[str], tag: str, path: Path) -> None:
+    """Raise RobotError if two names are one in Python, where other signs become a line."""
+    by_identifier: dict[str, str] = {}
+    for name in names:
+        if (before := by_identifier.setdefault(_identifier(name), name)) is not name:
+            both = name if before == name else f"{before} and {name}"
+            raise RobotError(f"{path}: {tag} {both}: two have this name; rename one of them")
+
+
+def _check_followers(joints: Sequence[RobotJoint], path: Path) -> None:
+    """Raise RobotError for a joint that follows none that has a coordinate of its own."""
+    leaders = [joint.name for joint in joints if joint.moves and joint.mimic is None]
+    for joint in joints:
+        if joint.moves and joint.mimic is not None and joint.mimic[0] not in leaders:
+            raise RobotError(
+                f'{path}: joint {joint.name}: mimic joint="{joint.mimic[0]}": it must be one of '
+                f"{', '.join(leaders) or 'none'}, which move and follow no other"
+            )
 
 
 def _merge_fixed(robot: Robot, joints: list[RobotJoint], base: str, path: Path) -> Robot:
@@ -145,8 +168,17 @@ def _read_numbers(
     except ValueError:
         numbers = []
     if len(numbers) != count or not all(map(math.isfinite, numbers)):
-        raise RobotError(f'{where}: {key}="{text}": it must be {count} numbers')
+        allowed = "a number" if count == 1 else f"{count} numbers"
+        raise RobotError(f'{where}: {key}="{text}": it must be {allowed}')
     return numbers
+
+
+def _read_positive(element: Element | None, key: str, where: str) -> float:
+    """Return a number that is not negative, 0 if it is missing."""
+    (value,) = _read_numbers(element, key, "0", where, 1)
+    if value < 0:
+        raise RobotError(f'{where}: {key}="{value:g}": it must not be negative')
+    return value
 
 
 def _read_inertial(link: Element, path: Path) -> Iterator[Inertial]:
@@ -154,10 +186,14 @@ def _read_inertial(link: Element, path: Path) -> Iterator[Inertial]:
     if inertial is None:
         return
     where = f"{path}: link {_name(link, path)}"
-    (mass,) = _read_numbers(inertial.find("mass"), "value", "0", where, 1)
+    mass = _read_positive(inertial.find("mass"), "value", f"{where}: mass")
     origin, tensor = inertial.find("origin"), mpmath.zeros(3)
     for entry in ENTRIES:
-        (value,) = _read_numbers(inertial.find("inertia"), f"i{entry}", "0", where, 1)
+        element, key = inertial.find("inertia"), f"i{entry}"
+        if entry in ("xx", "yy", "zz"):
+            value = _read_positive(element, key, where)
+        else:
+            (value,) = _read_numbers(element, key, "0", where, 1)
         i, j = PLACES[entry]
         tensor[i, j] = tensor[j, i] = value
     turn = _turn(_read_numbers(origin, "rpy", "0 0 0", where))
@@ -196,9 +232,14 @@ def _read_joint(joint: Element, links: Mapping[str, object], path: Path) -> Robo
         for key in ("lower", "upper", "effort", "velocity")
         if limit is not None and limit.get(key) is not None
     }
-    damping, friction = (
-        _read_numbers(dynamics, key, "0", where, 1)[0] for key in ("damping", "friction")
-    )
+    for key in ("effort", "velocity"):
+        _read_positive(limit, key, where)
+    if limits.get("lower", 0.0) > limits.get("upper", 0.0) and kind != "continuous":
+        raise RobotError(
+            f'{where}: lower="{limits.get("lower", 0.0):g}" is above '
+            f'upper="{limits.get("upper", 0.0):g}"'
+        )
+    damping, friction = (_read_positive(dynamics, key, where) for key in ("damping", "friction"))
     return RobotJoint(
         name=name,
         kind=kind,

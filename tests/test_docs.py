@@ -31,11 +31,13 @@ GALLERY = sorted(path for path in (DOCS / "gallery").glob("*.md") if path.stem !
 RUN = [*GALLERY, STUDY]
 """Pages whose cells run."""
 WITH_PROCESSES = {
+    "design_and_trajectory",
     "embedding",
     "free_motion",
     "gears_to_cut",
     "library",
     "measured",
+    "optimal_control",
     "own_mechanism",
     "own_paper",
     "tolerance",

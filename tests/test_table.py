@@ -31,7 +31,9 @@ from planter.cli.app import build_application
 from planter.engine.machine import Machine, load_machine
 from planter.files import examples, units
 from planter.kernels import Array
+from planter.mechanism import file as mechanism_file
 from planter.mechanism import labelled
+from planter.mechanism.dynamics import Dynamics
 from planter.report.sheet import Length
 from planter.report.subject import Movable, open_machine
 from tests.planter.exports.exported import Library
@@ -112,8 +114,45 @@ COLUMNS = {
         Column("shi2021", "M_link", "sleeve.engaging_force_N"),
     )
 }
-FREE = ("manipulator", "andrews", "whipple")
-"""Statements that no angle drives: where a turn is not needed, they have the capability too."""
+
+
+@dataclass(frozen=True)
+class FreeColumn(Column):
+    """A machine that no angle drives, whose quantity is a coordinate, and a time [s]."""
+
+    time: float = 0.1
+
+    @property
+    def measure(self) -> str:
+        return f"{self.quantity} at {self.time!r} s"
+
+    def places(self, times: Array, to: float | None = None) -> Array:
+        """The coordinate (n,) at times [s] by another integration, in its display unit."""
+        mechanism = mechanism_file.load(self.source, {} if to is None else {self.value: to})
+        dynamics = Dynamics(mechanism)
+        states = dynamics.run(times, 1e-11, dynamics.find_start()).states
+        factor = self.machine().find_quantity(self.quantity).factor
+        return np.asarray(states[dynamics.names.index(self.quantity)] / factor)
+
+    def place(self, to: float | None = None) -> float:
+        return float(self.places(np.array([0.0, self.time]), to)[1])
+
+    def slope(self, step: float = 1e-4) -> float:
+        """Its derivative by the value of the file."""
+        ends = (self.number * (1 + share * step) for share in (-1, 1))
+        below, above = map(self.place, ends)
+        return (above - below) / (2 * step * self.number)
+
+
+FREE = {
+    column.name: column
+    for column in (
+        FreeColumn("manipulator", "elbow", "values.k_2_Nm", time=0.4),
+        FreeColumn("andrews", "a3", "values.mom_Nm", time=0.01),
+        FreeColumn("whipple", "rear_spin", "values.v_m_s", time=0.3),
+    )
+}
+"""Statements that no angle drives: what needs a turn is refused them cell by cell."""
 NOT_COLUMNS = {
     "wang2017-wide": "wang2017 in wider bounds",
     "sun2019": "a second pose of sun2019-corrected, as printed",
@@ -661,7 +700,112 @@ REASONS = (
 REFUSED = {(name, column): reason for name, reason, columns in REASONS for column in columns}
 """Why cells are empty."""
 MOST_REFUSED = 0.15
-WITHOUT_A_TURN = ("explain", "matlab", "latex")
+FREE_CELLS: dict[str, Callable[[FreeColumn, Path], None]] = {}
+
+
+def free_cell(check: Callable[[FreeColumn, Path], None]) -> Callable[[FreeColumn, Path], None]:
+    FREE_CELLS[check.__name__.removeprefix("check_free_")] = check
+    return check
+
+
+@free_cell
+def check_free_explain(column: FreeColumn, folder: Path) -> None:
+    entries = answer("explain", column.source)["values"]
+    values = tomllib.loads(Path(column.source).read_text(encoding="utf-8"))["values"]
+    assert {entry["key"].removeprefix("values."): entry["value"] for entry in entries} == values
+
+
+@free_cell
+def check_free_matlab(column: FreeColumn, folder: Path) -> None:
+    check_matlab(column, folder)
+
+
+@free_cell
+def check_free_latex(column: FreeColumn, folder: Path) -> None:
+    check_latex(column, folder)
+
+
+@free_cell
+def check_free_simulate(column: FreeColumn, folder: Path) -> None:
+    quantities = answer(f"simulate {column.source} --until {column.time!r}")["quantities"]
+    close(quantities[column.key]["last"], column.place(), 1e-6)
+
+
+@free_cell
+def check_free_sensitivity(column: FreeColumn, folder: Path) -> None:
+    result = answer(f"sensitivity {column.source} --all --least '{column.measure}'")
+    names = [name for name in result["gradient"] if column.value.endswith(name)]
+    close(result["objective"], column.place(), 1e-7)
+    close(result["gradient"][names[0]], column.slope(), 1e-4)
+
+
+@free_cell
+def check_free_optimise(column: FreeColumn, folder: Path) -> None:
+    """The value at which the coordinate is half-way between those at both ends."""
+    ends = [column.place(end) for end in column.ends]
+    limit, (low, high) = sum(ends) / 2, column.ends
+    words = f"--vary {column.value}={low!r}:{high!r} --starts 1 --least '{column.measure}'"
+    result = answer(f"optimise {column.source} {words} --hold", f"{column.measure} >= {limit!r}")
+    close(result["objective"], limit, 1e-6)
+    (x,) = result["design"].values()
+    close(column.place(x), limit, 1e-6)
+
+
+@free_cell
+def check_free_sweep(column: FreeColumn, folder: Path) -> None:
+    plan, values = folder / "plan.toml", [column.ends[0], column.number]
+    lines = [f"machine = {json.dumps(column.source)}", f'outputs = ["{column.measure}"]']
+    lines += ["[inputs]", f'"{column.value}" = {values!r}']
+    plan.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    answer(f"sweep {plan} --workers 1 --out", str(folder / "run"))
+    with (folder / "run" / "rows.csv").open(encoding="utf-8") as file:
+        rows = [line for line in csv.reader(file) if line[0][:1] in "-0123456789"]
+    close([float(line[-1]) for line in rows], [column.place(x) for x in values], 1e-7)
+
+
+@free_cell
+def check_free_tolerance(column: FreeColumn, folder: Path) -> None:
+    path = folder / "tolerances.toml"
+    width = 0.001 * column.number
+    path.write_text(f'[tolerances]\n"{column.value}" = {{ plus_minus = {width!r} }}\n', "utf-8")
+    words = f"--samples 100 --indices 0 --halved 0 --no-robust --workers 1 --tolerances {path}"
+    result = answer(f"tolerance {column.source} {words} --output", column.measure)
+    (band,), (spread,) = result["outputs"].values(), result["inputs"]
+    first_order = abs(column.slope()) * spread["std"]
+    assert band["first_order_std"] == pytest.approx(first_order, rel=1e-3)
+    assert band["std"] == pytest.approx(first_order, rel=0.3)
+
+
+@free_cell
+def check_free_calibrate(column: FreeColumn, folder: Path) -> None:
+    (low, high), path = column.ends, folder / "measured.csv"
+    truth, times = column.number + 0.4 * (high - column.number), np.linspace(0, column.time, 40)
+    unit = units.display_unit(column.key)
+    pairs = zip(times.tolist(), column.places(times, truth).tolist(), strict=True)
+    lines = [f"time [s],curve [{unit}]", *(f"{t!r},{v!r}" for t, v in pairs)]
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    words = f"--data {path} --column curve --time time --quantity {column.key}"
+    result = answer(f"calibrate {column.source} {words} --fit {column.value}={low!r}:{high!r}")
+    close(result["fitted"][0]["value"], truth, 1e-5)
+
+
+@free_cell
+def check_free_difference(column: FreeColumn, folder: Path) -> None:
+    result = answer(f"diff {column.source} {column.source} --until {column.time!r}")
+    assert result["values"] == []
+    name = f"max {column.quantity} over 0..{column.time:g} s"
+    (entry,) = [entry for entry in result["results"] if entry["name"] == name]
+    close(entry["values"][0], column.places(np.linspace(0, column.time, 2001)).max(), 1e-4)
+
+
+FREE_REFUSED = {
+    "drive": ("a motor turns a drive", "--stall-Nm 6 --idle-rpm 42 --flywheel-kgm2 1"),
+    "cam": ("no drive turns a cam", "--roller-mm 6"),
+    "gears": ("teeth of a free motion are stated as forces or rows", "--module 1"),
+    "compare": ("families of gears drive a device", "--starts 1"),
+    "studio": ("its page and its session show the cycle of a drive", "--static {folder}/page.html"),
+}
+"""Why what moves freely has no such cell, by command, and words with which the command says so."""
 
 
 def _cells() -> list[Any]:
@@ -697,17 +841,20 @@ def test_cell_numbers_equal_independent_route(
 @pytest.mark.long
 @pytest.mark.usefixtures("blank_figures")
 @pytest.mark.parametrize("machine", FREE)
-@pytest.mark.parametrize("capability", WITHOUT_A_TURN)
-def test_free_motion_supports_commands_without_cycle(
+@pytest.mark.parametrize("capability", FREE_CELLS)
+def test_free_cell_numbers_equal_independent_route(
     capability: str, machine: str, tmp_path: Path
 ) -> None:
-    column = Column(machine, "", "")
-    if capability == "explain":
-        entries = answer("explain", column.source)["values"]
-        values = tomllib.loads(Path(column.source).read_text(encoding="utf-8"))["values"]
-        assert {entry["key"].removeprefix("values."): entry["value"] for entry in entries} == values
-    else:
-        CELLS[capability](column, tmp_path)
+    FREE_CELLS[capability](FREE[machine], tmp_path)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("command", FREE_REFUSED)
+def test_what_needs_a_drive_is_refused_to_free_motion(command: str, tmp_path: Path) -> None:
+    words = FREE_REFUSED[command][1].format(folder=tmp_path)
+    code, _, err = run(*f"{command} {FREE['manipulator'].source} {words}".split())
+    assert code == 2, err
+    assert "allowed here" not in err
 
 
 def test_refusals_are_few_and_of_cells() -> None:
@@ -718,7 +865,7 @@ def test_refusals_are_few_and_of_cells() -> None:
 def test_every_statement_and_built_in_machine_is_a_column() -> None:
     stated = {path.stem for path in own.EXAMPLES.glob("*.py")}
     shipped = {name.removesuffix(".toml") for name in examples.list_examples(suffix=".toml")}
-    assert stated | shipped == COLUMNS.keys() | set(FREE) | NOT_COLUMNS.keys()
+    assert stated | shipped == COLUMNS.keys() | FREE.keys() | NOT_COLUMNS.keys()
 
 
 WITHOUT_A_MACHINE = {

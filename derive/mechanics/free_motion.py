@@ -147,6 +147,7 @@ class Free:
         starts = self.stated.start_conditions
         rows = {
             "events": list(self._events()),
+            "impacts": list(self._impacts()),
             "gaps": [self._let(name, "m", gap) for name, gap in self.stated.loops.gaps.items()],
             "start_gaps": [
                 self._let(f"start_{name}", "m", gap) for name, (gap, _) in starts.items()
@@ -582,6 +583,18 @@ class Free:
             gap = self._plain(event.argument - event.target)
             if not gap.free_symbols & unavailable:
                 yield let(quantity(f"event_{number}", "1", event.name), gap)
+
+    def _impacts(self) -> Iterator[Let]:
+        """Yield the steps of each impact: rate of its gap, slopes of that in the rates,
+        restitution.
+        """
+        for name, (gap, restitution) in self.stated.impacts.items():
+            speed = self._plain(self.motion.rate(gap))
+            yield self._let(f"opening_{name}", "m/s", speed)
+            yield self._let(f"restitution_{name}", "1", self._plain(restitution))
+            for c in self.coordinates:
+                slope = partial_derivative(speed, c.rate)
+                yield self._let(f"opening_{name}_{c.value}", _OF[c.value.unit], slope)
 
     def _given_actions(self) -> list[Action]:
         """Actions without an unknown."""

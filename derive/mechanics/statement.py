@@ -62,6 +62,7 @@ class Statement:
         self.steps: list[Step] = []
         self.reports: list[Let] = []
         self.events: list[Event] = []
+        self.impacts: dict[str, tuple[Expr, Expr]] = {}  # gaps, and restitutions
         self.shared: list[Body] = []
         self.rolling: dict[str, tuple[Body, Body, Point]] = {}
         self.meshing: dict[str, tuple[Body, Body, Point]] = {}
@@ -313,6 +314,41 @@ class Statement:
         """
         self.slips[f"slip_{name}"] = slip
         self.reactive[f"slip_{name}"] = f"R_{name}"
+
+    def impact(self, name: str, gap: Expr, restitution: Expr | float) -> None:
+        """Keep an expression of coordinates positive by impacts: an end stop, a floor, a hammer on
+        its anvil.
+
+        Where ``gap`` [m] closes, at the event ``impact of name``, all rates jump at once so that the
+        rate of the gap becomes minus ``restitution`` times what it was (Newton), by an impulse along
+        the gap: friction takes no part, and constraints hold. The restitution, without unit, is
+        from 0 to 1. Impacts in ever shorter time, and a contact that stays closed, are refused by
+        the integration: `compliant_contact` has them. Raises MechanismError along an angle, for a
+        second impact of that name, or for a gap that depends on rates or inputs; DimensionError for
+        another unit.
+
+        >>> from derive import Mechanism, quantities
+        >>> q = quantities("m | kg | ball | 2\ng | m/s2 | free fall | 9.81\ne | 1 | rebound | 0.8")
+        >>> m = Mechanism("ball", q, gravity=q.g)
+        >>> h = m.coordinate("h", "m", "height")
+        >>> ball = m.body("ball", m.world, q.m, m.point("P", m.O, m.world, 0, h))
+        >>> m.impact("floor", h, q.e)
+        >>> m.impacts
+        {'floor': (h, e)}
+        """
+        gap, restitution = sp.sympify(gap), sp.sympify(restitution)
+        if self.angle is not None:
+            raise MechanismError(f"{name}: impacts are those of free motion, which no angle drives")
+        if name in self.impacts:
+            raise MechanismError(f"two impacts are called {name}")
+        rates = {c.rate for c in self.loops.coordinates}
+        if unknown := gap.free_symbols & {*rates, *self.motion.inputs}:
+            names = ", ".join(sorted(map(str, unknown)))
+            raise MechanismError(f"impact {name}: its gap depends on {names}, not on places alone")
+        check_unit(f"impact {name}", gap, "m")
+        check_unit(f"restitution of {name}", restitution, "1")
+        self.impacts[name] = gap, restitution
+        self.events.append(Event(f"impact of {name}", gap, S.Zero, 0))
 
     def equations(self, assembly: Assembly | None = None) -> list[Equation]:
         r"""Return the balances of all bodies but the ground as equations ``residual = 0`` [N, N m].

@@ -334,6 +334,10 @@ def diff(
         ),
     ] = None,
     hold: HoldOption = None,
+    until: Annotated[
+        float | None,
+        typer.Option(metavar="S", min=1e-9, help="end of free motions [s]", show_default=False),
+    ] = None,
     set_: SetOption = None,
     speed_rpm: SpeedOption = None,
     as_json: JsonOption = False,
@@ -346,6 +350,8 @@ def diff(
     The objective of A and the limits of all files are evaluated for every machine. `--set` and
     `--speed-rpm` apply to all of them. For example: planter diff wang2017 out/optimum.toml --out
     compared
+
+    What moves freely is compared over a time: planter diff a.toml b.toml --until 2
     """
     console = Console(as_json)
     with console.outcome():
@@ -353,7 +359,7 @@ def diff(
         from planter.cli.machine_comparison import ComparisonOptions, compare_machines
 
         options = ComparisonOptions(
-            parse_changes(set_), speed_rpm, model.value, hold or (), quantity or ()
+            parse_changes(set_), speed_rpm, model.value, hold or (), quantity or (), until
         )
         present_comparison(compare_machines(machines, options)).show(console, out)
 

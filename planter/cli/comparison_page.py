@@ -276,7 +276,8 @@ def draw_comparison(curve: ComparedCurve, letters: Sequence[str], meaning: str) 
 
     Differences below rounding of the largest value are zero.
     """
-    angles, values = np.array(curve.phi_deg), np.array(curve.values)
+    moves = curve.phi_deg is None
+    angles, values = np.array(curve.t_s if moves else curve.phi_deg), np.array(curve.values)
     differences = values[1:] - values[0]
     differences[np.abs(differences) <= ROUNDING * np.abs(values).max()] = 0.0
     unit = f" / {curve.unit}" if curve.unit else ""
@@ -288,6 +289,8 @@ def draw_comparison(curve: ComparedCurve, letters: Sequence[str], meaning: str) 
             for letter, row in zip(letters[1:], differences, strict=True)
         }
         panels.append(Panel(f"difference{unit}", changes, level=0.0))
+    if moves:
+        return draw_panels(panels, "time / s", end=float(angles[-1]))
     end = round(float(angles[-1] + angles[1]), 6)
     return draw_panels(panels, "angle of the drive / deg", end=end)
 
@@ -296,7 +299,12 @@ def _tabulate_curves(comparison: DesignComparison) -> Mapping[str, Mapping[str, 
     curves = comparison.result.curves
     if not curves:
         return {}
-    columns: dict[str, Array] = {"phi_deg": np.array(curves[0].phi_deg)}
+    first = curves[0]
+    columns: dict[str, Array] = (
+        {"t_s": np.array(first.t_s)}
+        if first.phi_deg is None
+        else {"phi_deg": np.array(first.phi_deg)}
+    )
     for curve in curves:
         unit = f" [{curve.unit}]" if curve.unit else ""
         for letter, row in zip(comparison.letters, curve.values, strict=True):

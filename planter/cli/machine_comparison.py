@@ -19,9 +19,17 @@ from planter.cli.results import (
     ComparedValue,
     MachineComparison,
 )
-from planter.engine.goal import evaluate_measure, find_display_unit, resolve_limit, resolve_measure
-from planter.engine.machine import load_driven_machine
-from planter.engine.measures import Kind, Limit, Measure, parse_limit
+from planter.engine.goal import (
+    evaluate_measure,
+    evaluate_measures,
+    extend_span,
+    find_display_unit,
+    resolve_limit,
+    resolve_measure,
+)
+from planter.engine.machine import load_machine
+from planter.engine.measures import TIME, Kind, Limit, Measure, parse_limit
+from planter.engine.response import open_response
 from planter.engine.rows import MachineRows
 from planter.engine.summary import ROUNDING, QuantityPeak
 from planter.errors import InputError
@@ -50,7 +58,7 @@ MOST_CURVES = 4
 @dataclass(frozen=True)
 class ComparisonOptions:
     """Numbers changed in all machines by name, the speed of their drives, their model, further
-    limits and curves.
+    limits and curves, and the end of their motions [s] if they move freely.
     """
 
     changes: Mapping[str, float]
@@ -58,10 +66,11 @@ class ComparisonOptions:
     model: str = "exact"
     holds: Sequence[str] = ()
     quantities: Sequence[str] = ()
+    until: float | None = None
 
 
 class ComparedDesign:
-    """A machine with its cycle, its results by the texts of their measures, and its
+    """A machine with its cycle or its motion, its results by the texts of their measures, and its
     requirements.
     """
 
@@ -71,8 +80,16 @@ class ComparedDesign:
         if options.model != "exact":
             choices["model"] = options.model
         self.source, self.options = source, options
-        self.machine = load_driven_machine(source, options.changes, options.speed_rpm, **choices)
+        machine = load_machine(source, options.changes, options.speed_rpm, **choices)
         self.kind = "" if package is None else plugins.name_package(package)
+        if machine.motion is not None:
+            if options.until is None:
+                raise InputError(f"{source} moves freely: --until S says how long")
+            machine = machine.with_span(options.until)
+            self.kind += " that moves freely"
+        elif options.until is not None:
+            raise InputError(f"--until does not apply to {source}: an angle drives it")
+        self.machine = machine
 
     @cached_property
     def cycle(self) -> MechanismCycle:
@@ -84,12 +101,61 @@ class ComparedDesign:
         """True extremes and integrals by the names of quantities; empty where a quantity has a
         pole.
         """
+        if self.machine.motion is not None:
+            return self._measure_motion(self.machine.motion.span)
         summary = self.cycle.result.designer
         return {} if summary is None else {peak.name: peak for peak in summary.peaks}
+
+    def _measure_motion(self, until: float) -> dict[str, QuantityPeak]:
+        results = [quantity for quantity in self.machine.results if quantity.name != TIME]
+        measures = [
+            Measure(kind, quantity.name, span=(0.0, until))
+            for quantity in results
+            for kind in STATISTICS
+        ]
+        values = np.reshape(evaluate_measures(self.machine, measures), (-1, len(STATISTICS)))
+        return {
+            q.name: QuantityPeak(
+                q.name, q.meaning, units.display_unit(q.key), high, np.nan, low, np.nan, mean, rms
+            )
+            for q, (high, low, mean, rms) in zip(results, values.tolist(), strict=True)
+        }
+
+    @property
+    def suffix(self) -> str:
+        """Span of the times that a measure of the whole motion has after it."""
+        motion = self.machine.motion
+        return "" if motion is None else f" over 0..{motion.span:g} s"
+
+    @cached_property
+    def places(self) -> Array:
+        """Angles of the drive (n,) [deg], or times of a motion (n,) [s], at which curves are."""
+        motion = self.machine.motion
+        if motion is None:
+            return self.cycle.angles_deg
+        return np.linspace(0.0, motion.span, SAMPLES + 1)
+
+    @cached_property
+    def columns(self) -> dict[str, Array]:
+        """Results (n,) there, by key, in the units of the keys."""
+        if self.machine.motion is None:
+            return dict(self.cycle.columns)
+        keys = [quantity.key for quantity in self.machine.results if quantity.name != TIME]
+        return dict(zip(keys, self.sample_motion(keys), strict=True))
+
+    def sample_motion(self, keys: Sequence[str]) -> Array:
+        """Return quantities of a motion (m, n) at `places`, in the units of their keys."""
+        quantities = [self.machine.find_quantity(key) for key in keys]
+        response = open_response(self.machine, [quantity.name for quantity in quantities])
+        phi = np.linspace(0.0, self.machine.turn, len(self.places))
+        values = response.values(response.at_data(self.machine.data), phi)
+        return values / np.array([[quantity.factor] for quantity in quantities])
 
     @cached_property
     def checks(self) -> dict[str, RequirementCheck]:
         """Requirements that the machine's file states besides limits, by name."""
+        if self.machine.motion is not None:
+            return {}
         limits = {str(limit.measure) for limit in self.machine.limits}
         view = open_machine(self.source, self.options.changes)
         speed = self.machine.values[self.machine.speed].path
@@ -103,7 +169,8 @@ class ComparedDesign:
     def evaluate(self, measure: Measure) -> float | None:
         """Return a measure in its display unit, None if the machine has no such quantity."""
         try:
-            return evaluate_measure(self.machine, resolve_measure(self.machine, measure))
+            machine = extend_span(self.machine, [measure])
+            return evaluate_measure(machine, resolve_measure(machine, measure))
         except InputError:
             return None
 
@@ -111,7 +178,8 @@ class ComparedDesign:
         """Return the value of a limit's measure and whether it satisfies the limit, None without
         its quantity.
         """
-        changing = self.cycle.result.not_repeating
+        is_cyclic = self.machine.motion is None
+        changing = self.cycle.result.not_repeating if is_cyclic else {}
         try:
             result = evaluate_limits(replace(self.machine, limits=(limit,)), changing)[0]
         except InputError:
@@ -143,7 +211,7 @@ def compare_machines(sources: Sequence[str], options: ComparisonOptions) -> Desi
     """Return the comparison of machines, files or built-in names, with the first one.
 
     Raises InputError for fewer than two machines, for machines of different kinds, and as
-    `load_driven_machine`; ComputationError if a machine has no cycle.
+    `load_machine`; ComputationError if a machine has no cycle or motion.
     """
     if not 2 <= len(sources) <= len(LETTERS):
         raise InputError(
@@ -213,9 +281,10 @@ def _compare_results(designs: Sequence[ComparedDesign]) -> Iterator[ComparedResu
         unit = next(peak.unit for peak in peaks if peak is not None)
         size = max(max(abs(peak.max), abs(peak.min)) for peak in peaks if peak is not None)
         for kind in STATISTICS:
-            if f"{kind} {name}" not in stated:
+            text = f"{kind} {name}{designs[0].suffix}"
+            if text not in stated:
                 numbers = [None if peak is None else getattr(peak, kind) for peak in peaks]
-                yield _compare(f"{kind} {name}", unit, numbers, 0, size)
+                yield _compare(text, unit, numbers, 0, size)
 
 
 def find_objective_owner(designs: Sequence[ComparedDesign]) -> ComparedDesign:
@@ -346,11 +415,13 @@ def _compare_curves(
     for key in keys:
         columns = [_sample_quantity(design, key) for design in designs]
         quantity = first.machine.find_quantity(key)
+        places, moves = first.places.tolist(), first.machine.motion is not None
         yield ComparedCurve(
             quantity.name,
             units.display_unit(key),
-            first.cycle.angles_deg.tolist(),
+            None if moves else places,
             [c.tolist() for c in columns],
+            places if moves else None,
         )
 
 
@@ -361,8 +432,10 @@ def _sample_quantity(design: ComparedDesign, key: str) -> Array:
     Raises InputError for a quantity that it does not have.
     """
     quantity = design.machine.find_quantity(key)
-    if key in design.cycle.columns:
-        return design.cycle.columns[key]
+    if key in design.columns:
+        return design.columns[key]
+    if design.machine.motion is not None:
+        return np.asarray(design.sample_motion([key])[0])
     rows = MachineRows(
         design.machine, [quantity.name], len(design.cycle.angles_deg), compared=False
     )
@@ -374,7 +447,7 @@ def _find_differing(designs: Sequence[ComparedDesign]) -> list[str]:
     """Return the keys of the quantities whose curves differ most from those of the first machine,
     in their range.
     """
-    first, *rest = (design.cycle.columns for design in designs)
+    first, *rest = (design.columns for design in designs)
     shared = [key for key in first if all(key in columns for columns in rest)]
     largest = {key: max(_share(first[key], columns[key]) for columns in rest) for key in shared}
     order = sorted(shared, key=lambda key: -largest[key])

@@ -147,12 +147,15 @@ class ComparedRequirement(Record):
 
 @dataclass(frozen=True)
 class ComparedCurve(Record):
-    """A quantity of each machine (m, n) at the angles of the drive (n,) [deg]."""
+    """A quantity of each machine (m, n) at the angles of the drive (n,) [deg], or, of what moves
+    freely, at times (n,) [s].
+    """
 
     name: str
     unit: str
-    phi_deg: list[float]
+    phi_deg: list[float] | None
     values: list[list[float]]
+    t_s: list[float] | None = None
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,18 @@ import numpy as np
 
 from planter.engine.curves import QuantityCurves
 from planter.engine.machine import Machine
-from planter.engine.measures import WITHOUT_SIZE, Kind, Limit, Measure, MeasureCondition
+from planter.engine.measures import (
+    TIME,
+    WITHOUT_SIZE,
+    Crossing,
+    EventTime,
+    Extremum,
+    Kind,
+    Limit,
+    Measure,
+    MeasureCondition,
+    SettlingBand,
+)
 from planter.engine.nodes import NodeMeasure
 from planter.engine.solvers.continuous_cycle import ContinuousCycle
 from planter.engine.solvers.curve_sum import (
@@ -38,8 +49,6 @@ from planter.files.units import Unit, parse_unit
 from planter.kernels import Array
 from planter.numerics.statistics import SMOOTH
 
-TIME = "t"
-"""Name of the time [s] among the quantities of a machine that moves freely."""
 EXTREMES: Mapping[Kind, tuple[int, ...]] = {"max": (1,), "min": (-1,), "range": (1, -1)}
 """Sides of a curve whose extremes a measure is of: +1 for the greatest value, -1 for the least."""
 
@@ -47,17 +56,26 @@ EXTREMES: Mapping[Kind, tuple[int, ...]] = {"max": (1,), "min": (-1,), "range": 
 def resolve_measure(machine: Machine, measure: Measure) -> Measure:
     """Return a measure with names of the machine's quantities, conditions in their display units.
 
-    Raises InputError for a name that the machine does not have, a unit of another kind, or a size
-    without a measure.
+    A measure of a place that the motion decides on has the span of the motion unless it has one of
+    its own. Raises InputError for a name that the machine does not have, a unit of another kind, or
+    a size without a measure.
     """
+    _check_place(machine, measure)
     quantities = [machine.find_quantity(name) for name in measure.names]
     measure = measure.with_names([quantity.name for quantity in quantities])
-    rest = quantities[1 + (measure.where is not None) :]
+    displays = [find_display_unit(machine, Measure("all", q.name)) for q in quantities[1:]]
+    where, span = measure.where, measure.span
+    if isinstance(where, Crossing | SettlingBand):
+        where = _convert(machine, where, displays[0])
+    elif isinstance(where, EventTime):
+        where = EventTime(_find_event(machine, where.event))
+    if where is not None and machine.motion is not None:
+        span = span or (0.0, machine.motion.span)
+    conditions = displays[len(displays) - len(measure.during) :]
     during = tuple(
-        _convert(machine, condition, find_display_unit(machine, Measure("all", quantity.name)))
-        for condition, quantity in zip(measure.during, rest, strict=True)
+        _convert(machine, condition, display)
+        for condition, display in zip(measure.during, conditions, strict=True)
     )
-    _check_place(machine, measure)
     if measure.size and measure.kind in WITHOUT_SIZE:
         raise InputError(
             f"{machine.source}: {measure}: over a cycle {measure.kind} takes no abs, which has "
@@ -67,19 +85,38 @@ def resolve_measure(machine: Machine, measure: Measure) -> Measure:
         raise InputError(
             f"{machine.source}: {measure}: only a power [W] or a torque [N m] does work"
         )
-    return replace(measure, during=during)
+    return replace(measure, during=during, where=where, span=span)
+
+
+def _find_event(machine: Machine, text: str) -> str:
+    """Return the name of the only event that has a name, or else that has it in its own."""
+    names = [str(kind["name"]) for kind in machine.event_kinds]
+    close = [name for name in names if name == text] or [name for name in names if text in name]
+    if len(close) == 1:
+        return close[0]
+    events = "; ".join(close or names)
+    reason = f"its events are {events}" if names else "it has no events"
+    raise InputError(f"{machine.source}: time of {text}: no single event has this name; {reason}")
 
 
 def _check_place(machine: Machine, measure: Measure) -> None:
     """Raise InputError for a measure of times of a machine that an angle drives, or of angles of a
     motion.
     """
-    is_timed = measure.in_time or measure.span is not None
+    where = measure.where
+    is_time = isinstance(where, EventTime | SettlingBand)
+    is_timed = measure.in_time or measure.span is not None or is_time
+    is_free = is_timed or isinstance(where, Crossing)
+    is_cyclic = measure.kind in ("work", "jump") or isinstance(where, Extremum)
     if machine.motion is None and is_timed:
         reason = "an angle drives it, so give an angle, or leave out the time"
-    elif machine.motion is not None and (not is_timed or measure.kind in ("work", "jump")):
+    elif machine.motion is not None and is_cyclic:
+        word = "where" if isinstance(where, Extremum) else measure.kind
+        reason = f"it moves freely, and {word} is that of a cycle, not of a time"
+    elif machine.motion is not None and not is_free:
         reason = (
-            "it moves freely, so give a time (at 1 s) or a span of times (max NAME over 0..2 s)"
+            "it moves freely, so give a time (at 1 s), a span of times (max NAME over 0..2 s) or "
+            "what decides on the time (NAME where OTHER is 0 first)"
         )
     else:
         return
@@ -94,12 +131,12 @@ def extend_span(machine: Machine, measures: Sequence[Measure]) -> Machine:
     ends += [measure.span[1] for measure in measures if measure.span is not None]
     if not ends:
         return machine
-    return replace(machine.motion.extend(max(ends)), **machine.searched)
+    return machine.with_span(max(ends))
 
 
 def list_conditions(machine: Machine, measure: Measure) -> tuple[MeasureCondition, ...]:
     """Return the conditions of a measure, those of its span of times included."""
-    if measure.span is None or machine.motion is None:
+    if measure.span is None or measure.where is not None or machine.motion is None:
         return measure.during
     first, last = measure.span
     ends = [MeasureCondition(TIME, -1, first)] if first > 0 else []
@@ -117,7 +154,7 @@ def resolve_limit(machine: Machine, limit: Limit) -> Limit:
     return _convert(machine, replace(limit, measure=measure), display)
 
 
-Bound = TypeVar("Bound", Limit, MeasureCondition)
+Bound = TypeVar("Bound", bound=Limit | MeasureCondition | Crossing | SettlingBand)
 
 
 def find_display_unit(machine: Machine, measure: Measure) -> Unit:
@@ -337,6 +374,14 @@ def evaluate_measure(machine: Machine, measure: Measure, samples: int | None = N
     cycle.
     """
     return Goal(machine, (replace(measure, weight=1.0),), (), samples).evaluate(machine.design)
+
+
+def evaluate_measures(machine: Machine, measures: Sequence[Measure]) -> list[float]:
+    """Return true measures at a machine's own design in their display units, by panels that they
+    share.
+    """
+    curves, x = MeasureCurves(machine, measures), machine.design
+    return [_evaluate(curves.build([replace(m, weight=1.0)]), x) for m in measures]
 
 
 def _evaluate(objective: JoinedObjective, x: Array) -> float:

@@ -509,6 +509,11 @@ class Machine:
         """
         return {name: getattr(self, name) for name in ("data", "moved", "lower", "upper")}
 
+    def with_span(self, span: float) -> Machine:
+        """Return the machine that moves freely over another span of time [s]."""
+        assert self.motion is not None
+        return replace(self.motion.extend(span), **self.searched)
+
     def with_data(self, data: Array) -> Machine:
         """Return the machine with other values (v,) in SI."""
         return replace(self, data=np.asarray(data, dtype=float))

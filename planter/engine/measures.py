@@ -5,8 +5,12 @@ options.
     TERM      = [WEIGHT] MEASURE
     LIMIT     = MEASURE ("<=" | ">=") NUMBER [UNIT]
     MEASURE   = [KIND] ["abs"] NAME [PLACE]
+              | "time of" EVENT [SPAN] | "settling" NAME "within" NUMBER [UNIT] [SPAN]
     PLACE     = "at" DEG | "at" SECONDS "s" | "where" NAME "is" ("least" | "greatest")
-              | ["over" SECONDS ".." SECONDS "s"] ["while" CONDITION { "and" CONDITION }]
+              | "where" NAME "is" NUMBER [UNIT] ("first" | "last") [SPAN]
+              | [SPAN] ["while" CONDITION { "and" CONDITION }]
+    SPAN      = "over" SECONDS ".." SECONDS "s"
+    EVENT     = words, or anything in quotes: an event of a motion, or what its name holds
     CONDITION = ["abs"] NAME ("<" | "<=" | ">" | ">=") NUMBER [UNIT]
     NAME      = words, as a quantity is printed, or its meaning with its name in brackets
               | "distance" POINT "to" (FILE | POINT) | "clearance" POINT "over" FILE
@@ -20,7 +24,8 @@ law of the machine changes, a distance that of a point from a curve or from anot
 clearance its height over the profile of a ground (`planter.engine.piecewise`). A point P has the
 coordinates x_P and y_P, or P_x and P_y; the point P of a body has the name BODY__P. A FILE with
 spaces, or whose name is a single word, has quotes. Of a machine that moves freely measures are of
-times: at one, or over a span of them.
+times: at one, or over a span of them, or at one that the motion decides on: where a quantity passes
+a number, the time `t` of an event, or the last time outside a band about the value at the end.
 
 >>> for term in parse_sum("range F_Ox + 0.5 rms M_in while y_tip <= 20 mm"): print(term)
 range F_Ox
@@ -33,6 +38,10 @@ clearance x_A y_A over soil.csv >= 20 mm distance x_A y_A to x_B y_B >= 5
 min distance tip to ground__D >= 20 mm
 >>> print(*parse_sum("max abs F_A over 0..2 s + 3 x at 1 s"), sep="; ")
 max abs F_A over 0..2 s; 3 x at 1 s
+>>> print(*parse_sum("x where v is 0 m/s first + time of impact over 0..3 s"), sep="; ")
+x where v is 0 m/s first; time of "impact" over 0..3 s
+>>> print(parse_limit("settling x within 1 mm <= 2 s"))
+settling x within 1 mm <= 2 s
 >>> print(parse_limit("abs F_Ax <= 300 N"), parse_limit("tilt where y_tip is least <= 10"), sep="; ")
 abs F_Ax <= 300 N; tilt where y_tip is least <= 10
 """
@@ -60,7 +69,12 @@ WITHOUT_SIZE: tuple[Kind, ...] = ("mean", "variance", "std", "work", "min", "ran
 SMALLER: tuple[Kind, ...] = ("max", "range", "jump")
 """Measures that a search can only make smaller."""
 CLAUSES = ("at", "where", "while", "over")
+TIME = "t"
+"""Name of the time [s] among the quantities of a machine that moves freely."""
 SIGNS = ("<=", ">=", "<", ">")
+ORDERS = ("first", "last")
+TIMES = ("time", "settling")
+"""Words before an event or a quantity: a measure of them is a time."""
 TYPO = 0.7
 """Likeness from which on a word is a misspelt one of the language, not part of a name."""
 LINKS = {"distance": "to", "clearance": "over"}
@@ -73,7 +87,8 @@ SUM_SYNTAX = (
     + ", ".join(KINDS)
     + ", or of NAME at DEG or NAME "
     'where NAME is least|greatest, such as "range F_Ox + 0.5 rms M_in"; of what moves freely over '
-    'times or at one, such as "max F_A over 0..2 s + x at 1 s"'
+    'times or at one, such as "max F_A over 0..2 s + x at 1 s", "x where v is 0 first", "time of '
+    'EVENT" or "settling x within 1 mm"'
 )
 LIMIT_SYNTAX = (
     "it must be [MEASURE] [abs] NAME [at DEG | where NAME is least|greatest | while NAME <= "
@@ -147,8 +162,70 @@ class Extremum:
     name: str
     sign: int
 
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The name of the quantity."""
+        return (self.name,)
+
     def __str__(self) -> str:
         return f"{self.name} is {'greatest' if self.sign > 0 else 'least'}"
+
+
+@dataclass(frozen=True)
+class Crossing:
+    """The angle, or the time, at which a quantity passes a number: for the first time, or the
+    `last`.
+
+    The number is in `unit`, or in the display unit of the quantity if that is empty.
+    """
+
+    name: str
+    number: float
+    unit: str = ""
+    last: bool = False
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The name of the quantity."""
+        return (self.name,)
+
+    def __str__(self) -> str:
+        order = "last" if self.last else "first"
+        return f"{self.name} is {_text(self.number, self.unit)} {order}"
+
+
+@dataclass(frozen=True)
+class EventTime:
+    """The time at which an event of a motion happens first, by its name or a part of that."""
+
+    event: str
+    names = ()
+
+    def __str__(self) -> str:
+        quote = "'" if '"' in self.event else '"'
+        return f"time of {quote}{self.event}{quote}"
+
+
+@dataclass(frozen=True)
+class SettlingBand:
+    """The last time at which a quantity is further from its value at the end of the time than a
+    number in `unit`, or in the display unit of the quantity if that is empty.
+    """
+
+    name: str
+    number: float
+    unit: str = ""
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The name of the quantity."""
+        return (self.name,)
+
+    def __str__(self) -> str:
+        return f"settling {self.name} within {_text(self.number, self.unit)}"
+
+
+Place = Extremum | Crossing | EventTime | SettlingBand
 
 
 @dataclass(frozen=True)
@@ -183,9 +260,10 @@ class MeasureCondition:
 class Measure:
     """A measure of a quantity over a cycle: `all` is its value everywhere, `at` that at an angle.
 
-    The angle is `angle` [deg], or that of an extremum, `where`. With conditions, `during`, only the
-    part of the cycle counts on which all hold. `size` takes absolute values. Of a free motion
-    `angle` is a time [s] if `in_time` is set, and `span` holds the first and the last time [s].
+    The angle is `angle` [deg], or it follows from the design, `where`. With conditions, `during`,
+    only the part of the cycle counts on which all hold. `size` takes absolute values. Of a free
+    motion `angle` is a time [s] if `in_time` is set, and `span` holds the first and the last time
+    [s]. Times of events and of settling are values of the time there.
     """
 
     kind: Kind
@@ -195,7 +273,7 @@ class Measure:
     angle: float | None = None
     in_time: bool = False
     span: tuple[float, float] | None = None
-    where: Extremum | None = None
+    where: Place | None = None
     during: tuple[MeasureCondition, ...] = ()
 
     def __str__(self) -> str:
@@ -203,10 +281,11 @@ class Measure:
             {1.0: "", -1.0: "-"}.get(self.weight) if abs(self.weight) == 1 else _text(self.weight)
         )
         words = [weight, self.kind if self.kind in KINDS else ""]
-        words += ["abs" if self.size else "", self.name]
+        is_time = isinstance(self.where, EventTime | SettlingBand)
+        words += ["abs" if self.size else "", str(self.where) if is_time else self.name]
         if self.angle is not None:
             words.append(f"at {_text(self.angle)}{' s' if self.in_time else ''}")
-        if self.where is not None:
+        if self.where is not None and not is_time:
             words.append(f"where {self.where}")
         if self.span is not None:
             words.append(f"over {'..'.join(map(_text, self.span))} s")
@@ -227,7 +306,7 @@ class Measure:
     @property
     def names(self) -> tuple[str, ...]:
         """Names of all quantities that the measure speaks of, its own first."""
-        where = () if self.where is None else (self.where.name,)
+        where = () if self.where is None else self.where.names
         return (self.name, *where, *(condition.name for condition in self.during))
 
     def with_whole_paths(self, source: str) -> Measure:
@@ -247,7 +326,9 @@ class Measure:
     def with_names(self, names: Sequence[str]) -> Measure:
         """Return the measure of other quantities, in the order of `names`."""
         first, *rest = names
-        where = None if self.where is None else replace(self.where, name=rest.pop(0))
+        where = self.where
+        if where is not None and not isinstance(where, EventTime):
+            where = replace(where, name=rest.pop(0))
         during = tuple(
             replace(condition, name=name) for condition, name in zip(self.during, rest, strict=True)
         )
@@ -412,6 +493,10 @@ class _Reader:
         self.index += kind is not None
         if kind == "jump" and self.token.text == "abs" and self._qualifies():
             self.fail("does not go with jump, which is a size")
+        if kind is None and self.token.text in TIMES and self._qualifies():
+            time = self._read_time()
+            if time is not None:
+                return self._read_end(Measure("at", TIME, False, weight, where=time))
         size = self._qualifies() and bool(self.accept("abs"))
         name = self._read_name(("abs",) if kind else ("abs", *KINDS))
         measure = Measure(kind or "all", name, size, weight)
@@ -427,12 +512,48 @@ class _Reader:
                 self.accept("deg")
             return replace(measure, kind="at", angle=angle, in_time=in_time)
         if self.accept("where"):
-            return replace(measure, kind="at", where=self._read_extremum())
-        if self.accept("over"):
-            measure = replace(measure, span=self._read_span())
+            return self._read_end(replace(measure, kind="at", where=self._read_place()))
+        measure = self._read_end(measure)
         if self.accept("while"):
             return replace(measure, during=self._read_conditions())
         return measure
+
+    def _read_end(self, measure: Measure) -> Measure:
+        """Return a measure with the span of time that may follow it."""
+        return replace(measure, span=self._read_span()) if self.accept("over") else measure
+
+    def _read_time(self) -> EventTime | SettlingBand | None:
+        """Read the time of an event or of settling; None for a name that begins with such a word."""
+        word, start = self.token.text, self.index
+        self.index += 1
+        if word == "time":
+            if self.accept("of"):
+                return EventTime(self._read_event())
+        else:
+            name = self._read_words(("within",))
+            if self.accept("within"):
+                number = self._read_number()
+                if number <= 0:
+                    self.refuse("the band of settling is wider than 0")
+                return SettlingBand(name, number, self._read_unit(CLAUSES))
+        self.index = start
+        return None
+
+    def _read_event(self) -> str:
+        """Read the name of an event: words up to a clause or a sign, or anything in quotes."""
+        start = self.token.start
+        if self.token.text in ("'", '"'):
+            match = _FILE.match(self.text, start)
+            if match is None:
+                self.fail("opens a quote that nothing closes")
+            while self.token.kind != "end" and self.token.start < match.end():
+                self.index += 1
+            return "".join(filter(None, match.groups()))
+        ends = (*CLAUSES, "+", "-")
+        while self.token.kind not in ("sign", "end") and self.token.text not in ends:
+            self.index += 1
+        event = self.text[start : self.token.start].strip()
+        return event or self.fail("is no event")
 
     def _read_span(self) -> tuple[float, float]:
         first = self._read_number()
@@ -491,11 +612,11 @@ class _Reader:
             self.fail("is no measure", (*before, *LINKS))
         return self._read_words()
 
-    def _read_words(self) -> str:
-        """Read a name as a page prints it, of words up to a clause: `bearing A1`."""
+    def _read_words(self, ends: Sequence[str] = ("is", "and")) -> str:
+        """Read a name as a page prints it, of words up to a clause or an end: `bearing A1`."""
         words: list[str] = []
         while self.token.kind == "word" or (words and self.token.kind == "number"):
-            if words and (self.token.text in (*CLAUSES, "is", "and") or self._is_misspelt_clause()):
+            if words and (self.token.text in (*CLAUSES, *ends) or self._is_misspelt_clause()):
                 break
             words.append(self.token.text)
             self.index += 1
@@ -550,10 +671,10 @@ class _Reader:
         self.index += 1
         return float(sign + self.tokens[self.index - 1].text)
 
-    def _read_unit(self) -> str:
-        """Read a unit, which ends at `and`, a sign, a plus or the end."""
-        begin = self.index
-        while self.token.kind not in ("sign", "end") and self.token.text not in ("and", "+", "-"):
+    def _read_unit(self, ends: Sequence[str] = ()) -> str:
+        """Read a unit, which ends at `and`, a sign, a plus, the end or one of further words."""
+        begin, ends = self.index, (*ends, "and", "+", "-")
+        while self.token.kind not in ("sign", "end") and self.token.text not in ends:
             self.index += 1
         unit = self.text[self.tokens[begin].start : self.token.start].strip()
         try:
@@ -563,10 +684,14 @@ class _Reader:
             self.fail(f"is not a unit ({error})")
         return unit
 
-    def _read_extremum(self) -> Extremum:
+    def _read_place(self) -> Extremum | Crossing:
         is_distance = self.token.text in LINKS and self._next().text != "is"
         name = self._read_distance() if is_distance else self._read_words()
         self.expect(("is",), "is not expected")
+        if self.token.kind == "number" or self.token.text in ("+", "-"):
+            number, unit = self._read_number(), self._read_unit(ORDERS)
+            order = self.expect(ORDERS, "is not expected")
+            return Crossing(name, number, unit, order == "last")
         return Extremum(
             name, 1 if self.expect(("least", "greatest"), "is no extreme") == "greatest" else -1
         )

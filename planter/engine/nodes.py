@@ -1,8 +1,5 @@
-"""Measures at single angles of a cycle: a fixed one, or an extremum of a quantity.
-
-The angle a(x) of an extremum moves with the design. With G(phi, x) = 0 there, the derivative of the
-quantity, implicit differentiation gives a' = -G_x / G_phi, and a'' = -H / G_phi, where H is the
-second derivative of G along (a', 1).
+"""Measures at single angles of a cycle, or times of a motion: fixed ones, or those that follow from
+the design (`planter.engine.places`).
 """
 
 from __future__ import annotations
@@ -14,29 +11,21 @@ import numpy as np
 
 from planter.engine.machine import Machine
 from planter.engine.measures import Measure
-from planter.engine.response import DesignPoint, MachineResponse, open_response
+from planter.engine.places import open_place
+from planter.engine.response import open_response
 from planter.engine.solvers.objective import (
     BreakpointHold,
     Conditions,
     ObjectiveSummary,
     find_tops,
 )
-from planter.errors import ComputationError
 from planter.kernels import Array, Integers
-from planter.numerics import extrema, roots
 from planter.numerics.arrays import LastCallCache
-
-SCANNED = 360
-"""Samples of a cycle among which anchors are looked for, at least."""
-CORNER = 1e-6
-"""Share of the slopes a step away that a slope keeps at an extremum only if it jumps there: it is a
-corner.
-"""
 
 
 class NodeMeasure:
-    """A quantity at a fixed angle of the cycle, or where another is greatest or least, as part of
-    an objective: its value, or its size as the largest of two rows, the value and its opposite.
+    """A quantity at a single angle of the cycle, or time of the motion, as part of an objective: its
+    value, or its size as the largest of two rows, the value and its opposite.
 
     Values are in the unit of the quantity's key.
     """
@@ -47,26 +36,22 @@ class NodeMeasure:
         self.machine, self.measure = machine, measure
         self.response = open_response(machine, [measure.name])
         self._factor = self.response.quantities[0].factor
-        self._anchor = None
-        if measure.where is not None:
-            name = measure.where.name
-            self._anchor = MachineResponse(machine, [name], rates=[name])
+        self.places = open_place(machine, measure)
         self.weights = np.full(int(measure.size), measure.weight)
         self.groups: Integers = np.zeros(2 * len(self.weights), dtype=np.int64)
         self.bounds = np.empty((2, 0))
         self._state = LastCallCache(lambda x: _NodeState(self, x))
 
     def restart(self) -> None:
-        """Forget all designs so far, of the extremum too."""
+        """Forget all designs so far, of the place too."""
         self.response.restart()
-        if self._anchor is not None:
-            self._anchor.restart()
+        self.places.restart()
         self._state = LastCallCache(lambda x: _NodeState(self, x))
 
     def value(self, x: Array) -> float:
         """Return the quantity at a design x (p,).
 
-        Raises ComputationError where loops do not close, and for an extremum at a corner.
+        Raises ComputationError where loops do not close, and where the place has no derivative.
         """
         return self._state(x).value
 
@@ -74,33 +59,6 @@ class NodeMeasure:
     def units(self) -> Array:
         """The size (g,) of the rows at the machine's own design."""
         return np.full(len(self.weights), abs(self.value(self.machine.design)) or 1.0)
-
-    def find_angle(self, point: DesignPoint) -> Array:
-        """Return the angle (1,) [rad] at a design."""
-        machine, where, anchor = self.machine, self.measure.where, self._anchor
-        if where is None or anchor is None:
-            assert self.measure.angle is not None
-            if machine.motion is not None:
-                return np.array([machine.turn * self.measure.angle / machine.motion.span])
-            return np.radians([self.measure.angle % 360])
-        grid = machine.list_angles(max(machine.samples, SCANNED))
-        values = anchor.values(point, grid)[0]
-        index = extrema.index_first_extremum(grid, values, where.sign)
-        bracket = grid[index] + np.array([-grid[1], grid[1]])
-        ends = anchor.values(point, bracket)[1]
-
-        def rate(phi: Array) -> tuple[Array, Array]:
-            rates, slopes = anchor.slopes(point, phi)
-            return rates[1], slopes[1, :, 0]
-
-        is_corner = ends[0] * ends[1] > 0
-        if not is_corner:
-            angle = roots.find_bracketed_roots(rate, bracket[:1], bracket[1:], (ends[:1], ends[1:]))
-            is_corner = abs(float(rate(angle)[0][0])) > CORNER * np.abs(ends).max()
-        if is_corner:
-            degrees = np.degrees(grid[index])
-            raise ComputationError(f"{machine.name}: {where} at a corner, near {degrees:.6g} deg")
-        return angle
 
     def summarise(self, x: Array) -> ObjectiveSummary:
         """Return the summary at a design x (p,)."""
@@ -156,23 +114,24 @@ class _NodeState:
     """Value, gradient (p,) and Hessian (p, p) of a quantity at the node of a design x (p,)."""
 
     def __init__(self, measure: NodeMeasure, x: Array) -> None:
-        self._response, self._anchor = measure.response, measure._anchor
-        self._factor, self._point = measure._factor, measure.response.at(x)
-        self._angle = measure.find_angle(self._point)
+        self._response, self._factor = measure.response, measure._factor
+        self._point = measure.response.at(x)
+        self._place = measure.places.find(self._point)
         self._rise, self._motion = 1.0, np.zeros((1, len(x)))
-        if self._anchor is not None:
-            self._rise, *rest = self._anchor.slopes(self._point, self._angle)[1][1, 0]
-            self._motion = -np.array([rest]) / self._rise
-        values, slopes = self._response.slopes(self._point, self._angle)
+        if self._place.response is not None:
+            self._rise, slope = self._place.differentiate(self._point)
+            self._motion = -slope[None] / self._rise
+        values, slopes = self._response.slopes(self._point, self._place.angle)
         self.value = float(values[0, 0]) / self._factor
         self._slope_in_angle = slopes[0, 0, 0] / self._factor
         self.slope = slopes[0, 0, 1:] / self._factor + self._slope_in_angle * self._motion[0]
 
     @cached_property
     def hessian(self) -> Array:
-        at, weight = (self._point, self._angle), np.array([[1 / self._factor]])
-        if self._anchor is None:
+        """The second derivatives."""
+        at, weight = (self._point, self._place.angle), np.array([[1 / self._factor]])
+        if self._place.response is None:
             return self._response.curvature(*at, weight)[1:, 1:]
-        pull = np.array([[0.0], [-self._slope_in_angle / self._rise]])
+        pull = -self._slope_in_angle / self._rise
         bent = self._response.curvature_along(*at, weight, self._motion)
-        return bent + self._anchor.curvature_along(*at, pull, self._motion)
+        return bent + self._place.curvature(self._point, pull, self._motion)

@@ -2,13 +2,14 @@
 
 An output is called after its quantity, its measure and its unit, such as `M_in_rms_Nm`; `objective`
 is the sum that the machine's file minimises. Every other measure is an output by its own text and
-unit, such as `jump F_Ox [N]`.
+unit, such as `jump F_Ox [N]`. What moves freely has no cycle: its outputs are the objective and
+measures of times, such as `max x over 0..2 s [mm]`.
 """
 
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -17,10 +18,17 @@ import numpy as np
 
 from planter import paths
 from planter.engine.cycles import Cycles, CycleTerm, Memory, build_cycles
-from planter.engine.goal import Goal, find_display_unit, resolve_measure
+from planter.engine.goal import (
+    Goal,
+    bound_measure,
+    extend_span,
+    find_display_unit,
+    resolve_limit,
+    resolve_measure,
+)
 from planter.engine.machine import HasMachine, Machine, Quantity, to_machine
-from planter.engine.measures import AVERAGES, Kind, Measure, parse_measure
-from planter.engine.response import MachineResponse
+from planter.engine.measures import AVERAGES, TIME, Kind, Measure, parse_measure
+from planter.engine.response import open_response
 from planter.engine.rows import MachineRows, SampleBlock
 from planter.engine.solvers.objective import find_hessian
 from planter.engine.solvers.sampled_cycle import sample_angles
@@ -68,31 +76,51 @@ def list_outputs(machine: Machine) -> dict[str, Output]:
     """Return every output of a machine by its name.
 
     Quantities that the objective is made of have a variance, too, if the square of their unit has a
-    name.
+    name. What moves freely has what its file speaks of, the objective and what limits are on, and
+    measures of times, of which there are more.
     """
     outputs: list[Output] = []
     if machine.objective:
         terms = tuple(resolve_measure(machine, measure) for measure in machine.objective)
         outputs.append(Output(OBJECTIVE, "objective of the machine's file", terms))
-        for name in dict.fromkeys(measure.name for measure in terms):
+        cyclic = () if machine.motion is not None else terms
+        for name in dict.fromkeys(measure.name for measure in cyclic):
             quantity = machine.find_quantity(name)
             if units.unit_suffix(quantity.key) in SQUARES:
                 outputs.append(_build_output(quantity, VARIANCE, "population variance"))
-    for quantity in machine.quantities:
+    for quantity in machine.quantities if machine.motion is None else ():
         outputs += [_build_output(quantity, kind, meaning) for kind, meaning in MEASURED.items()]
+    if machine.motion is not None:
+        results = [quantity for quantity in machine.results if quantity.name != TIME]
+        measures = [*_list_limited(machine), *(m for q in results for m in _time(q))]
+        outputs += [_state_output(machine, measure) for measure in measures]
     return {output.name: output for output in outputs}
 
 
 def list_default_outputs(machine: Machine) -> list[str]:
     """Return the names of the outputs that stand for a machine: its objective, and the torques of
-    its motors.
+    its motors; of what moves freely its objective, and what limits are on.
     """
+    if machine.motion is not None:
+        limited = [_state_output(machine, measure).name for measure in _list_limited(machine)]
+        return [*([OBJECTIVE] if machine.objective else []), *limited]
     torques = [
         _build_output(machine.find_quantity(name), kind, "")
         for name in machine.motors
         for kind in MOTOR
     ]
     return [*([OBJECTIVE] if machine.objective else []), *(output.name for output in torques)]
+
+
+def _list_limited(machine: Machine) -> list[Measure]:
+    """Return the measures that the limits of a machine's file are on."""
+    return [bound_measure(resolve_limit(machine, limit)) for limit in machine.limits]
+
+
+def _time(quantity: Quantity) -> tuple[Measure, Measure]:
+    """Return measures of a quantity over a time, and at one."""
+    name = quantity.name
+    return Measure("max", name, span=(0.0, 1.0)), Measure("at", name, angle=1.0, in_time=True)
 
 
 def _build_output(quantity: Quantity, kind: Kind, meaning: str) -> Output:
@@ -117,19 +145,29 @@ def find_output(machine: Machine, name: str, label: str = "output") -> Output:
         hint = (
             f"did you mean {' or '.join(close)}?"
             if close
-            else f"an output is called such as {next(iter(outputs))}"
+            else f"an output is called such as {name_example(machine)}"
         )
         raise InputError(f"{machine.source}: {machine.name} has no output {name}: {hint}")
     text, _, unit = name[:-1].rpartition(" [") if name.endswith("]") else (name, "", "")
     measure = resolve_measure(machine, parse_measure(text, label))
     display = find_display_unit(machine, measure).text
-    if measure.in_time or unit not in ("", display):
-        allowed = "an angle drives it" if measure.in_time else f"it is in {display or 'no unit'}"
-        raise InputError(f"{label} {name!r}: {allowed}")
-    quantity = machine.find_quantity(measure.name)
-    return Output(
-        f"{measure} [{display}]" if display else str(measure), quantity.meaning, (measure,)
-    )
+    if unit not in ("", display):
+        raise InputError(f"{label} {name!r}: it is in {display or 'no unit'}")
+    return _state_output(machine, measure)
+
+
+def _state_output(machine: Machine, measure: Measure) -> Output:
+    """Return the output that is called after a measure and its unit."""
+    display = find_display_unit(machine, measure).text
+    name = f"{measure} [{display}]" if display else str(measure)
+    return Output(name, machine.find_quantity(measure.name).meaning, (measure,))
+
+
+def name_example(machine: Machine) -> str:
+    """Return how an output of a machine is called."""
+    if machine.motion is None:
+        return next(iter(list_outputs(machine)))
+    return " or ".join(f'"{measure}"' for measure in _time(machine.results[0]))
 
 
 class SampledOutputs:
@@ -137,6 +175,7 @@ class SampledOutputs:
 
     They are true extremes and integrals, or, with `samples`, those of that many. A row has no
     output where the machine has no cycle, and no average of what does not repeat after a turn.
+    What moves freely does so for as long as the outputs ask, and has true ones only.
     """
 
     def __init__(
@@ -146,8 +185,11 @@ class SampledOutputs:
         names: Sequence[str],
         samples: int | None = None,
     ) -> None:
-        self.machine = machine.with_moved(dict.fromkeys(inputs, (0.0, 0.0)))
         self.outputs = [find_output(machine, name) for name in names]
+        machine = machine.with_moved(dict.fromkeys(inputs, (0.0, 0.0)))
+        measures = [term for output in self.outputs for term in output.terms]
+        self.machine = extend_span(machine, measures)
+        samples = samples if machine.motion is None else None
         terms = [(k, term) for k, output in enumerate(self.outputs) for term in output.terms]
         self.quantities = list(dict.fromkeys(term.name for _, term in terms))
         compared = any(term.kind in AVERAGES for _, term in terms)
@@ -183,6 +225,8 @@ class SampledOutputs:
         """Return whether samples of a quantity are all that a measure takes; what else there is, a
         goal has.
         """
+        if self.machine.motion is not None:
+            return False
         if measure.kind == "at":
             sample = self._find_sample(measure)
             return self._true is None and bool(abs(sample - np.round(sample)) < SAME_SAMPLE)
@@ -199,14 +243,28 @@ class SampledOutputs:
     def evaluated(self, points: Array, threads: int) -> Array:
         """Return outputs (m, k) at points (m, n), NaN without a cycle."""
         values = self._measure(self.data(points), threads)
-        for k, goal in self._goals.items():
-            values[:, k] += [_evaluate(goal, x)[0] for x in self._designs(points, values[:, k])]
+        for row, k, goal, x in self._visit(points, values, self._goals):
+            values[row, k] += _evaluate(goal, x)[0]
         return values
+
+    def _visit(
+        self, points: Array, values: Array, goals: Mapping[int, Goal]
+    ) -> Iterator[tuple[int, int, Goal, Array]]:
+        """Yield rows, outputs and their goals, and the moved values (n,) in SI, of values (m, k)
+        that are there; goals of a row, which share its motion, come one after another.
+        """
+        designs = np.asarray(points, dtype=float) * self.machine.scale
+        for row in range(len(points)) if goals else ():
+            for k, goal in goals.items():
+                if not np.isnan(values[row, k]):
+                    yield row, k, goal, designs[row]
 
     def _measure(self, d: Array, threads: int) -> Array:
         """Return outputs (m, k) of rows of values d (m, v) in SI, but for those that goals have."""
         if self._true is None:
             return self.sample(d, threads)
+        if self.machine.motion is not None:
+            return np.zeros((len(d), len(self.outputs)))
         if len(d) >= COMPILED:
             self._true.compile()
         measures, values = self._true.evaluate(d, threads), np.zeros((len(d), len(self.outputs)))
@@ -231,12 +289,11 @@ class SampledOutputs:
             )
         count, compiled = len(self.outputs) if count is None else count, len(points) >= COMPILED
         values, slopes = self.sample_slopes(self.data(points), threads, count, compiled)
-        for k, goal in self._goals.items():
-            for row, x in enumerate(self._designs(points, values[:, k])):
-                value, slope = _evaluate(goal, x, with_slope=k < count)
-                values[row, k] += value
-                if k < count:
-                    slopes[row, k] = slope
+        for row, k, goal, x in self._visit(points, values, self._goals):
+            value, slope = _evaluate(goal, x, with_slope=k < count)
+            values[row, k] += value
+            if k < count:
+                slopes[row, k] = slope
         slopes[np.isnan(values[:, :count])] = np.nan
         return values, slopes * self.machine.scale
 
@@ -244,11 +301,14 @@ class SampledOutputs:
         """Return true outputs (m, k) at points (m, n), and exact slopes (m, count, n) of the
         first.
         """
-        values = self.evaluated(points, threads)
+        values = self._measure(self.data(points), threads)
         slopes = np.full((len(points), count, len(self.machine.moved)), np.nan)
-        for k, goal in enumerate(self._true_goals[:count]):
-            for row, x in enumerate(self._designs(points, values[:, k])):
-                slopes[row, k] = _evaluate(goal, x, with_slope=True)[1]
+        sloped = dict(enumerate(self._true_goals[:count]))
+        for row, k, goal, x in self._visit(points, values, self._goals | sloped):
+            value, slope = _evaluate(goal, x, with_slope=k < count)
+            values[row, k] += value if k in self._goals else 0.0
+            if k < count:
+                slopes[row, k] = slope
         return values, slopes * self.machine.scale
 
     def sample(self, d: Array, threads: int) -> Array:
@@ -377,11 +437,6 @@ class SampledOutputs:
             for k, o in enumerate(self.outputs)
         ]
 
-    def _designs(self, points: Array, values: Array) -> list[Array | None]:
-        """Return the moved values (n,) in SI of rows, None in those that have no value."""
-        designs = np.asarray(points, dtype=float) * self.machine.scale
-        return [None if np.isnan(value) else x for x, value in zip(designs, values, strict=True)]
-
     def slopes(self, point: Array) -> tuple[Array, Array]:
         """Return outputs (k,) at a point (n,) and their exact slopes (k, n).
 
@@ -394,12 +449,15 @@ class SampledOutputs:
 
     def find_reason(self, point: Array) -> str:
         """Return why a point (n,) has no outputs: what the walk of the machine alone says."""
-        response = MachineResponse(self.machine)
+        response = open_response(self.machine)
         try:
             at = response.at_data(self.data(np.asarray(point, dtype=float)[None])[0])
             response.check(response.values(at, self.rows.angles), self.rows.angles)
+            x = np.asarray(point, dtype=float) * self.machine.scale
             for goal in self._goals.values():
-                goal.evaluate(np.asarray(point, dtype=float) * self.machine.scale)
+                goal.evaluate(x)
+                if self.machine.motion is not None:
+                    goal.slope(x)
         except ComputationError as error:
             return error.message
         averages = [
@@ -414,9 +472,16 @@ class SampledOutputs:
 
     def curves(self, keys: Sequence[str], points: Array) -> Mapping[str, Array]:
         """Return quantities by key over a turn, (m, n) each, at points (m, inputs), and the angles
-        `phi_deg` (n,).
+        `phi_deg` (n,); of what moves freely over times `t_s` (n,).
         """
         quantities = [self.machine.find_quantity(key) for key in keys]
+        if (motion := self.machine.motion) is not None:
+            response = open_response(self.machine, [quantity.name for quantity in quantities])
+            phi = np.append(self.rows.angles, self.machine.turn)
+            moved = [response.values(response.at_data(d), phi) for d in self.data(points)]
+            columns = zip(keys, np.transpose(moved, (1, 0, 2)), quantities, strict=True)
+            by_key = {key: rows / quantity.factor for key, rows, quantity in columns}
+            return by_key | {"t_s": phi / self.machine.turn * motion.span}
         rows = MachineRows(
             self.machine,
             [quantity.name for quantity in quantities],
@@ -438,12 +503,10 @@ class SampledOutputs:
         return curves | {"phi_deg": np.degrees(rows.angles)}
 
 
-def _evaluate(goal: Goal, x: Array | None, with_slope: bool = False) -> tuple[float, Array | float]:
+def _evaluate(goal: Goal, x: Array, with_slope: bool = False) -> tuple[float, Array | float]:
     """Return a goal at a design (n,) and, if it is asked for, its slope (n,); NaN without a
     cycle.
     """
-    if x is None:
-        return np.nan, np.nan
     try:
         return goal.evaluate(x), goal.slope(x) if with_slope else np.nan
     except ComputationError:

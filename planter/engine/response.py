@@ -25,6 +25,8 @@ from planter.progress import name_step
 INPUTS = ("phi", "d", "h", "q")
 VALUES = "rows"
 """Name of the output that is no derivative."""
+SCANNED = 360
+"""Samples of a cycle among which angles are looked for, at least."""
 DIFFERENTIATING = "differentiating the quantities of a cycle"
 
 
@@ -235,6 +237,16 @@ class MachineResponse:
             self._course = course or self._loops.course(self.machine.name, d)
         assert self._course is not None
         return self._course
+
+    def list_pieces(self, point: DesignPoint, first: float, last: float) -> list[Array]:
+        """Return angles (n,) [rad] from the first to the last one, in pieces on which quantities are
+        smooth but for a machine's breakpoints: samples by which a value is looked for.
+        """
+        return [np.linspace(first, last, 1 + max(self.machine.samples, SCANNED))]
+
+    def list_passages(self, point: DesignPoint) -> list[tuple[str, float]]:
+        """Return the names and angles [rad] of the events of a free motion, which has its own."""
+        return []
 
     def compile(self) -> None:
         """Compile the values and their slopes."""

@@ -12,7 +12,14 @@ import numpy as np
 
 from planter.engine.goal import Goal
 from planter.engine.machine import Machine
-from planter.engine.measures import Measure, format_sum
+from planter.engine.measures import (
+    TIME,
+    Crossing,
+    EventTime,
+    Measure,
+    SettlingBand,
+    format_sum,
+)
 from planter.engine.response import open_response
 from planter.engine.solvers.insensitive import (
     WEIGHT_TOLERANCE,
@@ -75,11 +82,11 @@ def compute_sensitivity(
     x, curve = machine.design, samples or count or machine.samples
     goal, names = Goal(machine, terms, (), samples), machine.design_names
     gradient = goal.slope(x)
-    columns = _scaled_slopes(machine, _list_names(terms), curve)
+    columns = _scaled_slopes(machine, _list_names(machine, terms), curve)
     if not columns.any():
         raise InputError(
             f"{machine.source}: no value that moves has an effect on "
-            f"{' or '.join(_list_names(terms))}"
+            f"{' or '.join(_list_names(machine, terms))}"
         )
     directions = find_insensitive(names, columns)
     return SensitivityResult(
@@ -106,7 +113,7 @@ def find_directions(
     gradients `equations` (k, p) constrain the design, only directions that satisfy them count.
     """
     rows = None if equations is None else equations * find_widths(machine)
-    columns = _scaled_slopes(machine, _list_names(terms), samples)
+    columns = _scaled_slopes(machine, _list_names(machine, terms), samples)
     return find_insensitive(machine.design_names, columns, rows)
 
 
@@ -128,8 +135,23 @@ def find_widths(machine: Machine) -> Array:
     return widths
 
 
-def _list_names(terms: Sequence[Measure]) -> list[str]:
-    return list(dict.fromkeys(measure.name for measure in terms))
+def _list_names(machine: Machine, terms: Sequence[Measure]) -> list[str]:
+    names = (name for measure in terms for name in _list_curves(machine, measure))
+    return list(dict.fromkeys(names))
+
+
+def _list_curves(machine: Machine, measure: Measure) -> list[str]:
+    """Return the names of the quantities that a measure depends on, its place too: of an event the
+    states.
+    """
+    where = measure.where
+    places: Sequence[str] = ()
+    if isinstance(where, EventTime) and machine.motion is not None:
+        places = machine.motion.motions.dynamics.names
+    elif isinstance(where, Crossing | SettlingBand):
+        places = where.names
+    names = [name for name in (measure.name, *places) if name != TIME]
+    return names or [measure.name]
 
 
 def _scaled_slopes(machine: Machine, names: list[str], samples: int) -> Array:

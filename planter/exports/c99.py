@@ -537,8 +537,10 @@ def wrap_comment(text: str, indent: str = "") -> str:
 
 
 def to_plain(text: str) -> str:
-    """Return a text that ends no comment and starts none."""
-    return " ".join(text.replace("*/", "* /").replace("/*", "/ *").split())
+    """Return a text in a line that ends no comment, starts none, and has no trigraph."""
+    for mark in ("*/", "/*", "??"):
+        text = text.replace(mark, " ".join(mark))
+    return " ".join(text.split())
 
 
 def quote_strings(names: Iterable[str]) -> str:

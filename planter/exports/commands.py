@@ -83,6 +83,7 @@ def _load_subject(
 
     Raises InputError for an option without effect on it.
     """
+    from planter.errors import InputError
     from planter.mechanism.dynamics import Dynamics
     from planter.mechanism.machines import find_free_motion
     from planter.mechanism.state_space.model import DynamicsModel
@@ -90,7 +91,13 @@ def _load_subject(
     mechanism = find_free_motion(source, parse_changes(set_))
     if mechanism is not None:
         refuse_unused(f"since {mechanism.name} moves freely", "--model", "--speed-rpm")
-        return DynamicsModel(Dynamics(mechanism), inputs or (), stabilise)
+        dynamics = Dynamics(mechanism)
+        if dynamics.impacts:
+            raise InputError(
+                f"{mechanism.source}: {', '.join(dynamics.impacts)}: rates jump there, which no "
+                f"export does; state the contact by `compliant_contact`"
+            )
+        return DynamicsModel(dynamics, inputs or (), stabilise)
     refuse_unused("since an angle drives the machine", "--input", "--stabilise")
     return _load_machine(source, model, set_, speed_rpm)
 

@@ -7,11 +7,12 @@
  *
  *   evaluate(memory *, time, values, part, computed)   rates (part 0) or outputs (part 1)
  *   advance(memory *, time, step, values)              values after a step with constant inputs
- *   differentiate(time, values, slopes)                derivatives (COMPUTED, SET), if DIFFERENTIABLE is defined, of
+ *   differentiate(memory *, time, values, slopes)      derivatives (COMPUTED, SET), if DIFFERENTIABLE is defined, of
  *   find_slope(slopes, row, column)                    which this is one
  *
- * each nonzero where there is no result; `reason(int)`, why there is none. A model with HIDDEN values is for
- * co-simulation alone. The version brings the type `logger`, and `tell`, which calls one.
+ * each positive where there is no result, negative where the result deserves a warning; `reason(memory *, int)`, why. A
+ * model with HIDDEN values is for co-simulation alone. The version brings FMI(name), the name of a function of the
+ * interface, the type `logger`, and `tell`, which calls one. What both versions have alike stands at the end.
  */
 #include <stddef.h>
 #include <stdint.h>
@@ -43,6 +44,7 @@ typedef struct {
   state now;
   use use;
   int known[PARTS]; /* whether computed values and slopes are those of the state */
+  int warned;       /* of what lasts, so that it is told once */
   double computed[COMPUTED + 1], *slopes;
   memory work;
   logger log;
@@ -51,6 +53,8 @@ typedef struct {
 } instance;
 
 static void tell(const instance *unit, status status, const char *message);
+
+#define CATEGORY(status) ((status) == WARNING ? "logStatusWarning" : "logStatusError")
 
 static status complain(const void *unit, status found, const char *message)
 {
@@ -76,6 +80,17 @@ static int is_number(double value)
   return (bits >> 52 & 0x7ff) != 0x7ff;
 }
 
+/* What becomes of a computation; a warning is told where what it is about begins. */
+static status judge(instance *unit, int outcome)
+{
+  const int begins = outcome < 0 && !unit->warned;
+  if (outcome <= 0) unit->warned = outcome < 0;
+  if (outcome <= 0 && !begins) return OK;
+  return complain(unit, outcome > 0 ? DISCARD : WARNING, reason(&unit->work, outcome));
+}
+
+static status find_worse(status one, status other) { return one > other ? one : other; }
+
 static void forget(instance *unit) { memset(unit->known, 0, sizeof unit->known); }
 
 static void begin(instance *unit)
@@ -83,6 +98,7 @@ static void begin(instance *unit)
   memset(&unit->now, 0, sizeof unit->now);
   memcpy(unit->now.token, TOKEN, sizeof TOKEN);
   memcpy(unit->now.values, starts, sizeof starts);
+  unit->warned = 0;
   forget(unit);
 }
 
@@ -178,26 +194,27 @@ static status set_numbers(instance *unit, const uint32_t references[], size_t co
 static status compute(instance *unit, part part)
 {
   if (unit->known[part]) return OK;
-  const int failed = evaluate(&unit->work, unit->now.time, unit->now.values, part, unit->computed);
-  if (failed) return complain(unit, DISCARD, reason(failed));
-  unit->known[part] = 1;
-  return OK;
+  const int outcome = evaluate(&unit->work, unit->now.time, unit->now.values, part, unit->computed);
+  unit->known[part] = outcome <= 0;
+  return judge(unit, outcome);
 }
 
 /* Behind what can be set, rates and outputs stands the time. */
 static status get_numbers(instance *unit, const uint32_t references[], size_t count, double found[])
 {
+  status worst = OK;
   REQUIRE(unit, !count || (references && found));
   for (size_t i = 0; i < count; ++i) {
     const int place = references[i] <= SET + COMPUTED ? (int)references[i] : -1;
     if (place < 0) return complain(unit, ERROR, "there is no variable of this reference");
-    if (place >= SET && place < SET + COMPUTED && compute(unit, place < SET + STATES ? RATES : RESULTS) != OK)
-      return DISCARD;
+    if (place >= SET && place < SET + COMPUTED)
+      worst = find_worse(worst, compute(unit, place < SET + STATES ? RATES : RESULTS));
+    if (worst > WARNING) return worst;
     found[i] = place < SET              ? unit->now.values[place]
                : place < SET + COMPUTED ? unit->computed[place - SET]
                                         : unit->now.time;
   }
-  return OK;
+  return worst;
 }
 
 static status set_states(instance *unit, const double x[], size_t count)
@@ -218,19 +235,15 @@ static status get_states(const instance *unit, double x[], size_t count)
 static status get_computed(instance *unit, part part, int first, int wanted, double found[], size_t count)
 {
   REQUIRE(unit, (found || !wanted) && count == (size_t)wanted);
-  if (wanted && compute(unit, part) != OK) return DISCARD;
+  const status outcome = wanted ? compute(unit, part) : OK;
+  if (outcome > WARNING) return outcome;
   for (size_t i = 0; i < count; ++i) found[i] = unit->computed[first + (int)i];
-  return OK;
+  return outcome;
 }
 
 static status get_rates(instance *unit, double found[], size_t count)
 {
   return get_computed(unit, RATES, 0, STATES, found, count);
-}
-
-static status get_events(instance *unit, double found[], size_t count)
-{
-  return get_computed(unit, RESULTS, COMPUTED - EVENTS, EVENTS, found, count);
 }
 
 static status get_nominals(const instance *unit, double found[], size_t count)
@@ -240,27 +253,31 @@ static status get_nominals(const instance *unit, double found[], size_t count)
   return OK;
 }
 
-/* Changes of rates and outputs with states, inputs and parameters that change along a direction. */
+/* Changes of states, rates and outputs with states, inputs and parameters that change along a direction. */
 static status get_slopes(instance *unit, const uint32_t unknown[], size_t unknowns, const uint32_t known[], size_t knowns,
                          const double along[], double found[])
 {
   REQUIRE(unit, (!unknowns || (unknown && found)) && (!knowns || (known && along)));
 #ifdef DIFFERENTIABLE
   for (size_t i = 0; i < unknowns; ++i)
-    if (unknown[i] < SET || unknown[i] >= SET + COMPUTED) return complain(unit, ERROR, "there is no such derivative");
+    if ((unknown[i] >= STATES && unknown[i] < SET) || unknown[i] >= SET + COMPUTED)
+      return complain(unit, ERROR, "there is no such derivative");
   for (size_t j = 0; j < knowns; ++j)
     if (known[j] >= SET) return complain(unit, ERROR, "there is no such derivative");
   if (!unit->slopes) unit->slopes = malloc(COMPUTED * SET * sizeof *unit->slopes);
   if (!unit->slopes) return complain(unit, ERROR, "there is no memory for derivatives");
   if (!unit->known[SLOPES]) {
-    const int failed = differentiate(unit->now.time, unit->now.values, unit->slopes);
-    if (failed) return complain(unit, DISCARD, reason(failed));
+    const int failed = differentiate(&unit->work, unit->now.time, unit->now.values, unit->slopes);
+    if (failed) return judge(unit, failed);
     unit->known[SLOPES] = 1;
   }
   for (size_t i = 0; i < unknowns; ++i) {
     found[i] = 0.0;
-    for (size_t j = 0; j < knowns; ++j)
-      found[i] += find_slope(unit->slopes, (int)unknown[i] - SET, (int)known[j]) * along[j];
+    for (size_t j = 0; j < knowns; ++j) {
+      const int row = (int)unknown[i] - SET;
+      const double slope = row < 0 ? unknown[i] == known[j] : find_slope(unit->slopes, row, (int)known[j]);
+      found[i] += slope * along[j];
+    }
   }
   return OK;
 #else
@@ -283,11 +300,11 @@ static status step_on(instance *unit, double time, double step)
   if (unit->now.phase != STEPPING) return complain(unit, ERROR, "a step comes after the initialisation");
   if (!is_number(time) || !is_number(step) || step < 0.0) return complain(unit, ERROR, "time does not go backwards");
   if (!follows(time, unit->now.time, step)) return complain(unit, ERROR, "a step begins where the one before ended");
-  const int failed = advance(&unit->work, time, step, unit->now.values);
-  if (failed) return complain(unit, DISCARD, reason(failed));
+  const status outcome = judge(unit, advance(&unit->work, time, step, unit->now.values));
+  if (outcome > WARNING) return outcome;
   unit->now.time = time + step;
   forget(unit);
-  return OK;
+  return outcome;
 }
 
 /* --- saved states: they hold no addresses, so that in memory and as bytes they are the same --- */
@@ -317,6 +334,7 @@ static status restore(instance *unit, const void *saved)
   REQUIRE(unit, 1);
   if (!is_state(saved)) return complain(unit, ERROR, "this is no state of this unit");
   memcpy(&unit->now, saved, sizeof(state));
+  unit->warned = 0;
   forget(unit);
   return OK;
 }
@@ -344,4 +362,25 @@ static status from_bytes(const instance *unit, const void *bytes, size_t size, v
   REQUIRE(unit, 1);
   if (size != sizeof(state) || !is_state(bytes)) return complain(unit, ERROR, "these bytes are no state of this unit");
   return store(unit, bytes, saved);
+}
+
+/* --- what both versions have alike --- */
+
+EXPORTED void FMI(FreeInstance)(void *unit) { end(unit); }
+EXPORTED status FMI(ExitInitializationMode)(void *unit) { return initialise(unit); }
+EXPORTED status FMI(Terminate)(void *unit) { return terminate(unit); }
+EXPORTED status FMI(Reset)(void *unit) { return start_anew(unit); }
+
+EXPORTED status FMI(EnterContinuousTimeMode)(void *unit) { return enter(unit, EVENT, CONTINUOUS); }
+EXPORTED status FMI(EnterEventMode)(void *unit) { return enter(unit, CONTINUOUS, EVENT); }
+EXPORTED status FMI(SetTime)(void *unit, double time) { return set_time(unit, time); }
+EXPORTED status FMI(SetContinuousStates)(void *unit, const double x[], size_t count) { return set_states(unit, x, count); }
+EXPORTED status FMI(GetContinuousStates)(void *unit, double x[], size_t count) { return get_states(unit, x, count); }
+EXPORTED status FMI(GetEventIndicators)(void *unit, double found[], size_t count)
+{
+  return get_computed(unit, RESULTS, COMPUTED - EVENTS, EVENTS, found, count);
+}
+EXPORTED status FMI(GetNominalsOfContinuousStates)(void *unit, double found[], size_t count)
+{
+  return get_nominals(unit, found, count);
 }

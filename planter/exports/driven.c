@@ -17,7 +17,11 @@ static const char *const names[SET] = {$names};
 
 typedef ${name}_memory memory;
 
-static const char *reason(int status) { return ${name}_failure(status); }
+static const char *reason(memory *m, int status)
+{
+  (void)m;
+  return ${name}_failure(status);
+}
 
 static int evaluate(memory *m, double time, const double *values, int part, double *outputs)
 {

@@ -13,6 +13,7 @@ const char *const ${name}_outputs[] = { $output_names };
 const real ${name}_start[] = { $start };
 const real ${name}_u[] = { $u };
 const real ${name}_p[] = { $p };
+const real ${name}_least_pivot = (real)$least_pivot;
 
 $helpers
 

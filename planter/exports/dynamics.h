@@ -38,11 +38,13 @@ extern const char *const ${name}_outputs[];
 extern const ${name}_real ${name}_start[];  /* state at the start */
 extern const ${name}_real ${name}_u[];      /* inputs at the start */
 extern const ${name}_real ${name}_p[];      /* parameters of the file */
+extern const ${name}_real ${name}_least_pivot; /* below it a motion may be lost */
 
 /* ${name}_MISSING: a pointer that must not be null is null; u may be null without inputs, p without parameters. Results
  * may be null where they are not wanted. Matrices are row by row. */
 
-/* xdot (STATES), and the least pivot of the constraints over the largest (1): near 0 the model does not hold */
+/* xdot (STATES), and the least pivot of the constraints over the largest (1), to be watched: below least_pivot digits are
+ * lost, and a motion may leave its branch */
 int ${name}_rates(${name}_real t, const ${name}_real *x, const ${name}_real *u, const ${name}_real *p, ${name}_real *xdot,
     ${name}_real *pivot);
 /* A (STATES, STATES), B (STATES, INPUTS), F (STATES, PARAMETERS): derivatives of xdot by x, u, p */

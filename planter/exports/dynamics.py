@@ -1,14 +1,13 @@
 """Models of free motion for other languages: x' = f(t, x, u, p), y = g(t, x, u, p), derivatives.
 
 C99 without a heap and CasADi's functions keep the graphs of the model; Rust and JAX have one scalar
-operation a line, printed by a dialect.
+operation a line, printed by a dialect, JAX equal bodies in loops.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
 
 import casadi as ca
 
@@ -20,7 +19,9 @@ from planter.exports.c99 import (
     to_plain,
     wrap_comment,
 )
-from planter.kernels.lane_graph import ArrayElement, LaneGraph, ScalarOperation
+from planter.exports.dialect import RUST
+from planter.exports.jax_module import HELPERS, IMPORTS, JaxPrinter
+from planter.kernels.lane_graph import LaneGraph
 from planter.mechanism.state_space.model import DynamicsModel, DynamicsVariable
 from planter.version import __version__
 
@@ -50,7 +51,8 @@ def _group_variables(model: DynamicsModel) -> dict[str, Sequence[DynamicsVariabl
 
 def _describe_variables(symbol: str, variables: Sequence[DynamicsVariable]) -> list[str]:
     """Return a line for each element of a vector."""
-    return [f"{symbol}[{i}] {x.name} [{x.unit}] {x.meaning}" for i, x in enumerate(variables)]
+    texts = (f"{x.name} [{x.unit}] {x.meaning}" for x in variables)
+    return [f"{symbol}[{i}] {to_plain(text)}" for i, text in enumerate(texts)]
 
 
 def _densify(model: DynamicsModel, label: str) -> ca.Function:
@@ -93,6 +95,7 @@ def build_c_files(model: DynamicsModel) -> dict[str, str]:
         fields[key] = str(len(variables))
         fields[f"{key[:-1]}_names"] = quote_strings(x.name for x in variables) or '""'
     fields["variables"] = "\n".join(lines)
+    fields["least_pivot"] = repr(model.least_pivot)
     fields |= {key: join_numbers(getattr(model, key)) for key in ("start", "u", "p")}
     targets = {".h": "dynamics.h", ".c": "dynamics.c", "_main.c": "dynamics_main.c"}
     return {name + end: read_template(file).substitute(fields) for end, file in targets.items()}
@@ -140,60 +143,8 @@ def _print_c(name: str, label: str, function: ca.Function) -> str:
     )
 
 
-# --- one scalar operation a line -----------------------------------------------------------------
+# --- Rust ----------------------------------------------------------------------------------------
 
-_SELECT = re.compile(r"\(?([^\s(]+ (?:[<>]=?|[!=]=) [^\s)]+) \? (\S+) : ([^\s)]+)\)?")
-_CALL = re.compile(r"\b([a-z]\w*)\(")
-_LANES = {"turned_sin": "sin", "turned_cos": "cos", "whole_floor": "floor"}
-"""Functions of lanes, with those of libraries."""
-
-
-@dataclass(frozen=True)
-class _Dialect:
-    """`select` has a condition and two values, `statement` a name and a value; `call` stands before
-    the names of functions, of which `names` has those that differ.
-    """
-
-    select: str
-    call: str
-    statement: str
-    names: Mapping[str, str]
-
-    def express(self, operation: ScalarOperation, arguments: Sequence[str]) -> str:
-        """Return an operation on names and numbers."""
-        text = operation.text.format(*arguments)
-        text = _CALL.sub(lambda match: f"{self.call}{self.names.get(match[1], match[1])}(", text)
-        return _SELECT.sub(lambda match: self.select.format(*match.groups()), text)
-
-    def assign(self, graph: LaneGraph) -> Iterable[str]:
-        """Yield a statement for each value of a graph."""
-        for assignment in graph.assignments:
-            source = assignment.source
-            if isinstance(source, ArrayElement):
-                value = "t" if source.name == "t" else f"{source.name}[{source.index}]"
-            else:
-                value = self.express(source, assignment.arguments)
-            yield self.statement.format(assignment.name, value)
-
-
-RUST = _Dialect("(if {0} {{ {1} }} else {{ {2} }})", "libm::", "    let {0}: f64 = {1};", _LANES)
-JAX = _Dialect(
-    "jnp.where({0}, {1}, {2})",
-    "jnp.",
-    "    {0} = {1}",
-    _LANES
-    | {
-        "fabs": "abs",
-        "asin": "arcsin",
-        "acos": "arccos",
-        "atan": "arctan",
-        "atan2": "arctan2",
-        "asinh": "arcsinh",
-        "acosh": "arccosh",
-        "atanh": "arctanh",
-        "pow": "power",
-    },
-)
 _LIBM_ARGUMENTS = {"pow": 2, "atan2": 2, "fmin": 2, "fmax": 2, "copysign": 2, "hypot": 2, "fmod": 2}
 
 
@@ -206,7 +157,7 @@ def build_rust_files(model: DynamicsModel) -> dict[str, str]:
         described += _describe_variables(symbol, variables)
     used = sorted(set(re.findall(r"libm::(\w+)\(", body)))
     lines = [
-        f"//! The dynamics of {model.name}: x' = f(t, x, u, p), y = g(t, x, u, p), SI and radians.",
+        f"//! The dynamics of {to_plain(model.name)}: x' = f(t, x, u, p), y = g(t, x, u, p), in SI.",
         "//!",
         f"//! Written by planter {__version__}; do not edit. Matrices are row by row.",
         *(f"//! {line}" for line in described),
@@ -255,7 +206,7 @@ def _print_rust(function: ca.Function) -> str:
         arguments.append(f"{name}: &[f64; {function.numel_in(index)}]")
     for index, name in enumerate(function.name_out()):
         arguments.append(f"{name}: &mut [f64; {function.numel_out(index)}]")
-    lines = [*RUST.assign(graph)]
+    lines = [RUST.assign(x, x.arguments) for x in graph.assignments]
     lines += [f"    {s.place.name}[{s.place.index}] = {s.value};" for s in graph.stores]
     return "\n".join([f"pub fn {function.name()}({', '.join(arguments)}) {{", *lines, "}"])
 
@@ -275,7 +226,7 @@ Written by planter {version}; do not edit. {about}
 '''
 _JAX = """It needs JAX alone. `rates` returns x' and the least pivot of the
 constraints over the largest, near 0 where they depend on each other; `outputs_at` returns y. They
-take jax.jit, jax.vmap, jax.jacfwd; double precision needs
+take jax.jit, jax.vmap, jax.grad; double precision needs
 jax.config.update("jax_enable_x64", True)."""
 _CASADI = """It needs CasADi {casadi} or newer, and {file} beside it.
 
@@ -309,7 +260,7 @@ def _begin_module(model: DynamicsModel, about: str, imports: str) -> str:
     lines += [
         f"{key} = {values!r}".replace("inf", 'float("inf")') for key, values in numbers.items()
     ]
-    title = model.name.replace('"""', '"')
+    title = to_plain(model.name).replace("\\", "/").replace('"', "'")
     return _HEAD.format(
         title=title,
         version=__version__,
@@ -336,19 +287,10 @@ def build_casadi_files(model: DynamicsModel) -> dict[str, str]:
 
 def build_jax_files(model: DynamicsModel) -> dict[str, str]:
     """Return `NAME.py`, a module that needs JAX alone."""
-    functions = [_print_jax(_densify(model, label)) for label in ("rates", "outputs_at")]
-    module = _begin_module(model, _JAX, "import jax.numpy as jnp")
-    return {f"{build_name(model)}.py": module + "\n".join(functions)}
-
-
-def _print_jax(function: ca.Function) -> str:
-    graph = LaneGraph.from_function(function, ())
-    results = []
-    for name in function.name_out():
-        values = [store.value for store in graph.stores if store.place.name == name]
-        results.append(values[0] if name == "pivot" else f"jnp.stack([{', '.join(values)}])")
-    head = f"def {function.name()}({', '.join(function.name_in())}):"
-    return "\n".join([head, *JAX.assign(graph), f"    return {', '.join(results)}", "", ""])
+    functions = (_densify(model, label) for label in ("rates", "outputs_at"))
+    texts = [HELPERS, *(JaxPrinter(function).print_function() for function in functions)]
+    module = _begin_module(model, _JAX, IMPORTS)
+    return {f"{build_name(model)}.py": module + "\n\n".join(texts)}
 
 
 BUILDERS: Mapping[str, Callable[[DynamicsModel], dict[str, str]]] = {

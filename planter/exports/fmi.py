@@ -31,6 +31,12 @@ MAIN = "fmu.c"
 TOKEN = "TOKEN_OF_THIS"
 """Placeholder in `MAIN` for the token of the unit."""
 
+LOG_CATEGORIES = {
+    "logStatusWarning": "where results lose digits",
+    "logStatusError": "what went wrong",
+}
+"""Categories of messages, with their descriptions."""
+
 _FRACTION = re.compile(r"\d\.\d")
 _DATE = (1980, 1, 1, 0, 0, 0)
 """Date of every file in an archive: the earliest that the format allows."""
@@ -230,7 +236,8 @@ def _begin_description(
     uses.append(SubElement(root, "CoSimulation", identifier | steps | abilities))
     _add_units(SubElement(root, "UnitDefinitions"), model.variables)
     categories = SubElement(root, "LogCategories")
-    SubElement(categories, "Category", name="logStatusError", description="what went wrong")
+    for name, description in LOG_CATEGORIES.items():
+        SubElement(categories, "Category", name=name, description=description)
     experiment = {
         "startTime": "0",
         "stopTime": repr(model.period),

@@ -1,6 +1,7 @@
 /* The interface of FMI 2.0. */
 typedef void (*logger)(void *environment, const char *instance, int status, const char *category, const char *message, ...);
 
+#define FMI(name) fmi2##name
 #include "core.c"
 
 typedef struct {
@@ -20,7 +21,7 @@ enum { DO_STEP_STATUS, PENDING_STATUS, LAST_SUCCESSFUL_TIME, IS_TERMINATED };
 
 static void tell(const instance *unit, status found, const char *message)
 {
-  unit->log(unit->environment, unit->name, found, "logStatusError", "%s", message);
+  unit->log(unit->environment, unit->name, found, CATEGORY(found), "%s", message);
 }
 
 EXPORTED text fmi2GetTypesPlatform(void) { return "default"; }
@@ -37,8 +38,6 @@ EXPORTED void *fmi2Instantiate(text name, int type, text token, text resources, 
   return create(name, token, (use)type, given ? given->log : NULL, given ? given->environment : NULL);
 }
 
-EXPORTED void fmi2FreeInstance(void *unit) { end(unit); }
-
 EXPORTED status fmi2SetupExperiment(void *unit, int with_tolerance, double tolerance, double start, int with_stop,
                                     double stop)
 {
@@ -46,9 +45,6 @@ EXPORTED status fmi2SetupExperiment(void *unit, int with_tolerance, double toler
 }
 
 EXPORTED status fmi2EnterInitializationMode(void *unit) { return enter(unit, INSTANTIATED, INITIALISING); }
-EXPORTED status fmi2ExitInitializationMode(void *unit) { return initialise(unit); }
-EXPORTED status fmi2Terminate(void *unit) { return terminate(unit); }
-EXPORTED status fmi2Reset(void *unit) { return start_anew(unit); }
 
 EXPORTED status fmi2SetReal(void *unit, const uint32_t references[], size_t count, const double given[])
 {
@@ -84,10 +80,6 @@ EXPORTED status fmi2DeSerializeFMUstate(void *unit, const char bytes[], size_t s
 
 /* --- model exchange --- */
 
-EXPORTED status fmi2EnterContinuousTimeMode(void *unit) { return enter(unit, EVENT, CONTINUOUS); }
-EXPORTED status fmi2EnterEventMode(void *unit) { return enter(unit, CONTINUOUS, EVENT); }
-EXPORTED status fmi2SetTime(void *unit, double time) { return set_time(unit, time); }
-
 EXPORTED status fmi2NewDiscreteStates(void *unit, event_info *found)
 {
   REQUIRE(unit, found != NULL);
@@ -102,14 +94,7 @@ EXPORTED status fmi2CompletedIntegratorStep(void *unit, int forgets, int *enters
   return OK;
 }
 
-EXPORTED status fmi2SetContinuousStates(void *unit, const double x[], size_t count) { return set_states(unit, x, count); }
-EXPORTED status fmi2GetContinuousStates(void *unit, double x[], size_t count) { return get_states(unit, x, count); }
 EXPORTED status fmi2GetDerivatives(void *unit, double rates[], size_t count) { return get_rates(unit, rates, count); }
-EXPORTED status fmi2GetEventIndicators(void *unit, double found[], size_t count) { return get_events(unit, found, count); }
-EXPORTED status fmi2GetNominalsOfContinuousStates(void *unit, double found[], size_t count)
-{
-  return get_nominals(unit, found, count);
-}
 
 /* --- co-simulation --- */
 

@@ -3,6 +3,7 @@
 
 typedef void (*logger)(void *environment, int status, const char *category, const char *message);
 
+#define FMI(name) fmi3##name
 #include "core.c"
 
 typedef const char *text;
@@ -10,7 +11,7 @@ typedef const uint8_t *binary;
 
 static void tell(const instance *unit, status found, const char *message)
 {
-  unit->log(unit->environment, found, "logStatusError", message);
+  unit->log(unit->environment, found, CATEGORY(found), message);
 }
 
 EXPORTED text fmi3GetVersion(void) { return "3.0"; }
@@ -39,18 +40,12 @@ EXPORTED void *fmi3InstantiateScheduledExecution(text name, text token, text res
   return NULL;
 }
 
-EXPORTED void fmi3FreeInstance(void *unit) { end(unit); }
-
 EXPORTED status fmi3EnterInitializationMode(void *unit, bool with_tolerance, double tolerance, double start,
                                             bool with_stop, double stop)
 {
   const status found = set_up(unit, start);
   return found == OK ? enter(unit, INSTANTIATED, INITIALISING) : found;
 }
-
-EXPORTED status fmi3ExitInitializationMode(void *unit) { return initialise(unit); }
-EXPORTED status fmi3Terminate(void *unit) { return terminate(unit); }
-EXPORTED status fmi3Reset(void *unit) { return start_anew(unit); }
 
 EXPORTED status fmi3SetFloat64(void *unit, const uint32_t references[], size_t count, const double given[], size_t size)
 {
@@ -90,10 +85,6 @@ EXPORTED status fmi3DeserializeFMUState(void *unit, const uint8_t bytes[], size_
 
 /* --- model exchange --- */
 
-EXPORTED status fmi3EnterEventMode(void *unit) { return enter(unit, CONTINUOUS, EVENT); }
-EXPORTED status fmi3EnterContinuousTimeMode(void *unit) { return enter(unit, EVENT, CONTINUOUS); }
-EXPORTED status fmi3SetTime(void *unit, double time) { return set_time(unit, time); }
-
 EXPORTED status fmi3UpdateDiscreteStates(void *unit, bool *update, bool *ends, bool *nominals, bool *values, bool *defined,
                                          double *next)
 {
@@ -110,16 +101,9 @@ EXPORTED status fmi3CompletedIntegratorStep(void *unit, bool forgets, bool *ente
   return OK;
 }
 
-EXPORTED status fmi3SetContinuousStates(void *unit, const double x[], size_t count) { return set_states(unit, x, count); }
-EXPORTED status fmi3GetContinuousStates(void *unit, double x[], size_t count) { return get_states(unit, x, count); }
-EXPORTED status fmi3GetEventIndicators(void *unit, double found[], size_t count) { return get_events(unit, found, count); }
 EXPORTED status fmi3GetContinuousStateDerivatives(void *unit, double rates[], size_t count)
 {
   return get_rates(unit, rates, count);
-}
-EXPORTED status fmi3GetNominalsOfContinuousStates(void *unit, double found[], size_t count)
-{
-  return get_nominals(unit, found, count);
 }
 
 static status tell_size(const instance *unit, size_t *found, size_t size)

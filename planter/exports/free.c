@@ -4,6 +4,7 @@
  */
 #include "$name.c"
 
+#include <stdio.h>
 #include <string.h>
 
 #define TOKEN "TOKEN_OF_THIS"
@@ -15,29 +16,45 @@ enum { STATES = N, SET = N + M + Q, HIDDEN = 0, COMPUTED = N + ${NAME}_OUTPUTS, 
 static const double starts[SET] = {$starts};
 static const char *const names[SET] = {$names};
 
-typedef int memory; /* nothing is remembered */
+/* What an outcome is of. */
+typedef struct {
+  double time, pivot;
+  char text[160];
+} memory;
 
-static const char *reason(int status)
+enum { WEAK = -1, TOO_SHORT = 100 };
+
+static const char *reason(memory *m, int outcome)
 {
-  return status == ${NAME}_NOT_FINITE ? "a rate or an output is not finite" : "steps become too short";
+  const char *what = outcome == ${NAME}_NOT_FINITE ? "a rate or an output is not finite" : "steps become too short";
+  if (outcome == WEAK)
+    snprintf(m->text, sizeof m->text, "at %.9g s: constraints or friction determine no motion: pivot %.3g is below %.3g",
+             m->time, m->pivot, (double)${name}_least_pivot);
+  else
+    snprintf(m->text, sizeof m->text, "at %.9g s: %s", m->time, what);
+  return m->text;
 }
 
 static int evaluate(memory *m, double time, const double *values, int part, double *computed)
 {
   const double *u = values + N, *p = values + N + M;
-  (void)m;
-  if (part == 0) return ${name}_rates(time, values, u, p, computed, NULL);
-  return ${name}_outputs_at(time, values, u, p, computed + N);
+  double pivot;
+  int failed = ${name}_rates(time, values, u, p, part == 0 ? computed : NULL, &pivot);
+  if (!failed && part != 0) failed = ${name}_outputs_at(time, values, u, p, computed + N);
+  m->time = time;
+  m->pivot = pivot;
+  return failed ? failed : pivot < ${name}_least_pivot ? WEAK : 0;
 }
 
 /* Derivatives by states, by inputs, by parameters: a block each, row by row. */
 #define DIFFERENTIABLE
 
-static int differentiate(double time, const double *values, double *slopes)
+static int differentiate(memory *m, double time, const double *values, double *slopes)
 {
   const double *u = values + N, *p = values + N + M;
   double *by_u = slopes + COMPUTED * N, *by_p = by_u + COMPUTED * M;
   const int failed = ${name}_rates_jacobian(time, values, u, p, slopes, by_u, by_p);
+  m->time = time;
   if (failed) return failed;
   return ${name}_outputs_jacobian(time, values, u, p, slopes + N * N, by_u + N * M, by_p + N * Q);
 }
@@ -51,7 +68,7 @@ static double find_slope(const double *slopes, int row, int column)
 
 /* --- steps of co-simulation: Dormand and Prince, Journal of Computational and Applied Mathematics 6, 1980 --- */
 
-enum { STAGES = 7, TOO_SHORT = -1 };
+enum { STAGES = 7 };
 static const double TOLERANCE = 1e-9, SHORTEST = 1e-12;
 static const double places[STAGES] = {0.0, 0.2, 0.3, 0.8, 8.0 / 9.0, 1.0, 1.0};
 static const double weights[STAGES][STAGES - 1] = {
@@ -67,16 +84,21 @@ static const double weights[STAGES][STAGES - 1] = {
 static const double differences[STAGES] = {71.0 / 57600.0,      0.0,         -71.0 / 16695.0, 71.0 / 1920.0,
                                            -17253.0 / 339200.0, 22.0 / 525.0, -1.0 / 40.0};
 
-/* The error of a trial over what is allowed, with the states `next` at its end; negative where it has none. */
-static double try_step(double time, double step, const double *values, double *next)
+/* The error of a trial over what is allowed, with the states `next` at its end and the least pivot; negative where it
+ * has none. */
+static double try_step(double time, double step, const double *values, double *next, memory *least)
 {
   double slopes[STAGES][N], worst = 0.0;
+  least->pivot = HUGE_VAL;
   for (int stage = 0; stage < STAGES; ++stage) {
     for (int i = 0; i < N; ++i) {
       next[i] = values[i];
       for (int k = 0; k < stage; ++k) next[i] += step * weights[stage][k] * slopes[k][i];
     }
-    if (${name}_rates(time + places[stage] * step, next, values + N, values + N + M, slopes[stage], NULL)) return -1.0;
+    const double at = time + places[stage] * step;
+    double pivot;
+    if (${name}_rates(at, next, values + N, values + N + M, slopes[stage], &pivot)) return -1.0;
+    if (pivot < least->pivot) least->pivot = pivot, least->time = at;
   }
   for (int i = 0; i < N; ++i) {
     double error = 0.0;
@@ -89,21 +111,24 @@ static double try_step(double time, double step, const double *values, double *n
 static int advance(memory *m, double time, double step, double *values)
 {
   double moved[SET], next[N], size = step, done = 0.0;
-  (void)m;
+  memory least;
+  m->pivot = HUGE_VAL;
   memcpy(moved, values, sizeof moved);
   while (done < step) {
-    const double trial = fmin(size, step - done), error = try_step(time + done, trial, moved, next);
+    const double trial = fmin(size, step - done), error = try_step(time + done, trial, moved, next, &least);
     const double growth = error < 0.0 ? 0.1 : error == 0.0 ? 5.0 : 0.9 * pow(error, -0.2);
     if (error >= 0.0 && error <= 1.0) {
       memcpy(moved, next, sizeof next);
+      if (least.pivot < m->pivot) m->pivot = least.pivot, m->time = least.time;
       done = trial < step - done ? done + trial : step;
     } else if (trial < SHORTEST * step) {
+      m->time = time + done;
       return error < 0.0 ? ${NAME}_NOT_FINITE : TOO_SHORT;
     }
     size = trial * fmin(5.0, fmax(0.1, growth));
   }
   memcpy(values, moved, N * sizeof *values);
-  return 0;
+  return m->pivot < ${name}_least_pivot ? WEAK : 0;
 }
 
 #include "interface.c"

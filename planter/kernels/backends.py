@@ -124,6 +124,13 @@ class LaneTask:
     def size(self) -> int:
         return int(self.function.n_instructions())
 
+    @property
+    def is_straight(self) -> bool:
+        """Whether the function is straight-line code, which neither fails nor looks for a
+        Ctrl-C.
+        """
+        return bool(self.function.is_a("SXFunction"))
+
     @cached_property
     def loop(self) -> str:
         """The function as a loop over lanes.
@@ -154,7 +161,7 @@ class VirtualMachine:
     def __init__(self, work: LaneTask, function: ca.Function | None = None) -> None:
         self.name = "casadi-vm" if function is None else "casadi-c"
         self.work, self.function = work, function or work.function
-        self._calls = _Calls(self._mapped)
+        self._calls = _Calls(self._bind)
 
     def __call__(self, arrays: Sequence[Array], count: int) -> list[Array]:
         if not count:  # CasADi maps over no fewer than one lane
@@ -162,9 +169,12 @@ class VirtualMachine:
             return [np.zeros((height, width if self.work.summed else 0)) for height, width in sizes]
         return self._calls[count](arrays)
 
-    def _mapped(self, count: int) -> ca.Function:
-        if not self.work.varying:
-            return self.function
+    def _bind(self, count: int) -> _Call:
+        is_single = count == 1 or not self.work.varying
+        function = self.function if is_single else self._map(count)
+        return _Call(function, is_single and self.work.is_straight)
+
+    def _map(self, count: int) -> ca.Function:
         names, outputs = self.function.name_in(), self.function.n_out()
         shared = [i for i, name in enumerate(names) if name not in self.work.varying]
         reduced = list(range(outputs)) if self.work.summed else []
@@ -174,14 +184,14 @@ class VirtualMachine:
 class _Calls(threading.local):
     """Calls of a thread by their number of lanes: the last used, together in `KEPT_BYTES`."""
 
-    def __init__(self, mapped: Callable[[int], ca.Function]) -> None:
-        self._mapped = mapped
+    def __init__(self, bind: Callable[[int], _Call]) -> None:
+        self._bind = bind
         self._kept: OrderedDict[int, _Call] = OrderedDict()
 
     def __getitem__(self, count: int) -> _Call:
         if count not in self._kept:
             with _BUILD_LOCK:
-                self._kept[count] = _Call(self._mapped(count))
+                self._kept[count] = self._bind(count)
             self._forget()
         self._kept.move_to_end(count)
         return self._kept[count]
@@ -195,7 +205,7 @@ class _Calls(threading.local):
 class _Call:
     """A CasADi function on its own memory: no matrices are made for a call."""
 
-    def __init__(self, function: ca.Function) -> None:
+    def __init__(self, function: ca.Function, is_straight: bool) -> None:
         self.function = function
         self._inputs = [np.zeros(function.nnz_in(i)) for i in range(function.n_in())]
         self._outputs = [np.zeros(function.nnz_out(i)) for i in range(function.n_out())]
@@ -204,37 +214,55 @@ class _Call:
         self.bytes = 8 * function.sz_w() + sum(
             memory.nbytes for memory in (*self._inputs, *self._outputs)
         )
-        # its own memory: `Function.call` makes matrices for every call
-        self._buffer, self._run = function.buffer()
-        buffer: Any = self._buffer
-        for i, memory in enumerate(self._inputs):
-            buffer.set_arg(i, memory.data)
-        for i, memory in enumerate(self._outputs):
-            buffer.set_res(i, memory.data)
+        self._run = bind_memory(function, self._inputs, self._outputs, is_straight)
 
     def __call__(self, arrays: Sequence[Array]) -> list[Array]:
         for memory, array in zip(self._inputs, arrays, strict=True):
             memory[:] = array.ravel(order="F")
-        defer_interrupt(self._run)
-        if self._buffer.ret():
-            raise RuntimeError("the evaluation failed")
+        self._run()
         return [self._filled(i) for i in range(len(self._outputs))]
 
     def _filled(self, index: int) -> Array:
-        shape, places = self._shapes[index], self._places[index]
+        shape, places, values = self._shapes[index], self._places[index], self._outputs[index]
         if places is None:
-            return self._outputs[index].reshape(shape, order="F").copy()
-        full = np.zeros(shape)
-        full[places] = self._outputs[index]
-        return full
+            full = values.copy()
+        else:
+            full = np.zeros(shape[0] * shape[1])
+            full[places] = values
+        return full.reshape(shape, order="F")
 
 
-def _find_nonzeros(sparsity: ca.Sparsity) -> tuple[NDArray[np.int64], NDArray[np.int64]] | None:
-    """Rows and columns of what a sparse matrix holds; None for a dense one."""
+def bind_memory(
+    function: ca.Function, inputs: Sequence[Array], outputs: Sequence[Array], is_straight: bool
+) -> Callable[[], None]:
+    """Return a call of a CasADi function on memory that the caller keeps: contiguous numbers of all
+    inputs and outputs, column by column, without what is structurally zero.
+
+    The call raises RuntimeError if the evaluation fails. For straight-line code nothing has to be
+    deferred or asked for: what that takes is longer than most functions.
+    """
+    # `Function.call` makes matrices for every call
+    buffer: Any
+    buffer, run = function.buffer()
+    run.buffer = buffer  # the call has only its address
+    for i, memory in enumerate(inputs):
+        buffer.set_arg(i, memory.data)
+    for i, memory in enumerate(outputs):
+        buffer.set_res(i, memory.data)
+
+    def call() -> None:
+        defer_interrupt(run)
+        if buffer.ret():
+            raise RuntimeError("the evaluation failed")
+
+    return run if is_straight else call
+
+
+def _find_nonzeros(sparsity: ca.Sparsity) -> NDArray[np.int64] | None:
+    """Places of what a sparse matrix holds, column by column; None for a dense one."""
     if sparsity.is_dense():
         return None
-    rows, columns = (np.array(part, dtype=np.int64) for part in sparsity.get_triplet())
-    return rows, columns
+    return np.array(sparsity.find(), dtype=np.int64)
 
 
 BACKENDS = ("lanes", "casadi-c", "casadi-vm")

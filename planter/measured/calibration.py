@@ -81,9 +81,13 @@ def read_measurement(
 
     Raises InputError as `planter.measured.reading.read`.
     """
-    return reading.read(
-        data, columns, float(machine.data[machine.speed]), find_units(machine, columns, quantities)
-    )
+    display = find_units(machine, columns, quantities)
+    return reading.read(data, columns, find_speed(machine), display)
+
+
+def find_speed(machine: Machine) -> float | None:
+    """Return the speed of the drive [rad/s], None of what moves freely."""
+    return None if machine.motion is not None else float(machine.data[machine.speed])
 
 
 def find_units(machine: Machine, columns: Columns, quantities: Sequence[str]) -> list[str]:
@@ -204,6 +208,7 @@ def _describe_fit(fit: Fit, measured: Measurement) -> ModelMeasured:
     curve = fit.curve
     first = fit.residuals[curve.channels[0]]
     worst, correlation = int(np.argmax(np.abs(first))), fit.correlation()
+    moves, place = curve.duration is not None, float(curve.to_places(curve.phi[worst]))
     span = float(np.ptp(measured.values[measured.used]))
     ratio = fit.rms / max(measured.noise, SMALLEST_NOISE * span + TINIEST_NOISE)
     lack = assess_lack_of_fit(curve, fit.residuals, curve(fit.values)[1])
@@ -214,7 +219,8 @@ def _describe_fit(fit: Fit, measured: Measurement) -> ModelMeasured:
         rms=fit.rms,
         rms_of_noise=ratio,
         largest_residual=float(first[worst]),
-        largest_residual_deg=float(np.degrees(curve.phi[worst] % (2 * np.pi))),
+        largest_residual_deg=None if moves else place % 360.0,
+        largest_residual_s=place if moves else None,
         fitted=describe_inputs(fit),
         rank=fit.rank,
         correlation=None if correlation is None else correlation.tolist(),

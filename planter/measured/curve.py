@@ -5,7 +5,7 @@ derivatives.
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from copy import copy
 from dataclasses import dataclass, replace
@@ -18,7 +18,7 @@ import scipy
 
 from planter import paths
 from planter.engine.machine import Machine, Quantity
-from planter.engine.response import MachineResponse
+from planter.engine.response import open_response
 from planter.errors import ComputationError, InputError
 from planter.files import units
 from planter.kernels import Array, Integers
@@ -26,8 +26,10 @@ from planter.measured.reading import Measurement
 from planter.measured.sensor_view import check_sensor_bounds, is_sensor_input, list_sensor_inputs
 from planter.numerics.arrays import TURN
 
-OFFSET, PHASE = "offset_N", "phase_deg"
-"""Names of nuisance parameters: the zero of the gauge, with any unit, and the zero of the angle."""
+OFFSET, PHASE, SHIFT = "offset_N", "phase_deg", "shift_s"
+"""Names of nuisance parameters: the zero of the gauge, with any unit, that of the angle, and that of
+the time of what moves freely.
+"""
 EFFECT = "effect: "
 """Beginning of the names of parameters of what stands between the machine and its sensor."""
 SAMPLES = 720
@@ -40,6 +42,11 @@ STEADY = 0.002
 """Share of the mean speed by which a steady one may vary."""
 PERIOD_TOLERANCE = 1e-9
 """Relative deviation up to which a curve is periodic."""
+
+BEGINNINGS = (1 / 27, 1 / 9, 1 / 3)
+"""Shares of a record of what moves freely that are fitted first."""
+POINTS_OF_AN_INPUT = 4
+"""Least points of such a share for each input."""
 
 Side = Literal["lower", "upper"]
 
@@ -82,6 +89,7 @@ class Chosen:
                 raise InputError(
                     f"--fit {name}={low:g}:{high:g}: the lower bound must be below the upper"
                 )
+            _check_origin(machine, name, low)
             if is_sensor_input(matches[0]):
                 check_sensor_bounds(machine, matches[0], (low, high))
             selected[matches[0]] = (low, high)
@@ -136,7 +144,8 @@ class MeasuredCurve:
     display units.
 
     Points in use of all quantities stand one after another, (m,) together. measured(phi) =
-    computed(phi + phase). A phase whose bounds span the period or more is cyclic, without bounds.
+    computed(phi + phase), or, of what moves freely, measured(t) = computed(t + shift). A phase
+    whose bounds span the period or more is cyclic, without bounds.
     Where the record has the speed, quantities are those at its speed, by a parabola through those
     at three speeds: exact for weights, springs, dampers and inertia.
     """
@@ -190,11 +199,26 @@ class MeasuredCurve:
             data = machine.data.copy()
             data[machine.speed] = np.copysign(float(self._speeds.mean()), data[machine.speed])
             machine = machine.with_data(data)
-        self.machine = machine
-        moved = machine.with_moved({chosen.names[i]: (0.0, 1.0) for i in self._inputs})
-        self._response = MachineResponse(moved, [result.name for result in results])
-        self._machine_inputs = moved.design
+        if machine.motion is not None:
+            assert measured.duration is not None
+            shifts = [
+                float(high)
+                for name, high in zip(chosen.names, chosen.upper, strict=True)
+                if name == SHIFT
+            ]
+            self._latest = sum(shifts)
+            machine = machine.with_span(measured.duration + self._latest)
+        self.machine, self.duration = machine, measured.duration
+        self._names = [result.name for result in results]
+        self._set_response()
         self._last: tuple[bytes, tuple[Array, Array]] | None = None
+
+    def _set_response(self) -> None:
+        """Set the response of the machine to the inputs."""
+        names = self.chosen.names
+        moved = self.machine.with_moved({names[i]: (0.0, 1.0) for i in self._inputs})
+        self._response = open_response(moved, self._names)
+        self._machine_inputs = moved.design
 
     def _set_points(self, positions: Sequence[Integers], values: Array) -> None:
         """Set the points of each quantity, by their positions among the angles."""
@@ -204,6 +228,14 @@ class MeasuredCurve:
         # steps of the record between neighbouring points of each quantity
         self.gaps = tuple(_count_steps(self._angles[each], each) for each in positions)
         self._last = None
+
+    def to_places(self, phi: Array) -> Array:
+        """Return angles (n,) [rad] of the record in degrees, or, of what moves freely, as times (n,)
+        [s].
+        """
+        if self.duration is None:
+            return np.degrees(phi)
+        return np.asarray(np.minimum(phi / TURN, 1.0) * self.duration)
 
     @property
     def unit(self) -> str:
@@ -245,13 +277,33 @@ class MeasuredCurve:
         """Return a copy with at most `limit` points of each quantity, evenly selected, with white
         noise.
         """
+        return self._select(
+            [
+                np.unique(np.linspace(0, len(p) - 1, min(limit, len(p))).astype(int))
+                for p in self._positions
+            ]
+        )
+
+    def list_beginnings(self) -> Iterator[MeasuredCurve]:
+        """Yield copies with the first points, of growing shares, of what moves freely.
+
+        A search along them does not settle on an oscillation too many or too few.
+        """
+        if self.duration is None:
+            return
+        for share in BEGINNINGS:
+            selected = [np.flatnonzero(self._angles[p] <= share * TURN) for p in self._positions]
+            if min(map(len, selected)) >= POINTS_OF_AN_INPUT * len(self.chosen.names):
+                part = self._select(selected)
+                part.machine = self.machine.with_span(share * self.duration + self._latest)
+                part._set_response()
+                yield part
+
+    def _select(self, selected: Sequence[Integers]) -> MeasuredCurve:
+        """Return a copy with some points of each quantity."""
         thin = copy(self)
         if self.phase_index is not None:
             thin.period = self.period  # which takes samples of the curves
-        selected = [
-            np.unique(np.linspace(0, len(p) - 1, min(limit, len(p))).astype(int))
-            for p in self._positions
-        ]
         positions = [p[rows] for p, rows in zip(self._positions, selected, strict=True)]
         values = [
             self.values[points][rows] for points, rows in zip(self.channels, selected, strict=True)
@@ -366,18 +418,30 @@ class MeasuredCurve:
         """Return the quantities (k, m) and their Jacobians (k, m, n) at angles [rad], at `speeds`
         (m,) if they vary.
         """
-        angles = phi + (0.0 if self.phase_index is None else z[self.phase_index])
-        values, slopes_of_inputs = self._evaluate_machine(
-            z[self._inputs], np.mod(angles, self.machine.turn), speeds
-        )
+        origin, pace, rate = self._origin
+        angles = pace * phi + (0.0 if origin is None else rate * z[origin])
+        if self.duration is None:
+            angles = np.mod(angles, self.machine.turn)
+        values, slopes_of_inputs = self._evaluate_machine(z[self._inputs], angles, speeds)
         slopes = np.zeros((*values.shape, len(z)))
         slopes[:, :, self._inputs] = slopes_of_inputs[:, :, 1:]
         for index, channel in self._offsets.items():
             slopes[channel, :, index] = 1.0
             values[channel] += z[index]
-        if self.phase_index is not None:
-            slopes[:, :, self.phase_index] = slopes_of_inputs[:, :, 0]
+        if origin is not None:
+            slopes[:, :, origin] = rate * slopes_of_inputs[:, :, 0]
         return values, slopes
+
+    @property
+    def _origin(self) -> tuple[int | None, float, float]:
+        """The index of the phase or of the shift, if any; angles of the machine for each of the
+        record, and for each unit of that parameter.
+        """
+        if self.machine.motion is None or self.duration is None:
+            return self.phase_index, 1.0, 1.0
+        names, span = self.chosen.names, self.machine.motion.span
+        index = names.index(SHIFT) if SHIFT in names else None
+        return index, self.duration / span, self.machine.turn / span
 
     def _evaluate_machine(self, x: Array, phi: Array, speeds: Array | None) -> tuple[Array, Array]:
         if speeds is None or np.ptp(speeds) <= STEADY * np.abs(speeds).mean():
@@ -456,7 +520,22 @@ def find_offset_channel(name: str, keys: Sequence[str], display_units: Sequence[
 
 def is_nuisance(name: str) -> bool:
     """Return whether a fitted value is a nuisance parameter, not an input of the machine."""
-    return name == PHASE or is_offset(name) or name.startswith(EFFECT)
+    return name in (PHASE, SHIFT) or is_offset(name) or name.startswith(EFFECT)
+
+
+def _check_origin(machine: Machine, name: str, low: float) -> None:
+    """Raise InputError for the zero of an angle of what moves freely, for that of the time of what
+    an angle drives, and for a time before the start.
+    """
+    wrong, right = (SHIFT, PHASE) if machine.motion is None else (PHASE, SHIFT)
+    if name == wrong:
+        reason = "an angle drives" if machine.motion is None else "no angle drives"
+        raise InputError(f"--fit {name}: {reason} {machine.name}; its zero is {right}")
+    if name == SHIFT and low < 0:
+        raise InputError(
+            f"--fit {SHIFT}={low:g}:...: the motion starts at 0 s, so that the record begins "
+            f"there or later: LOW must be at least 0"
+        )
 
 
 def factor_of(name: str) -> float:

@@ -20,7 +20,7 @@ class FittedInput(Record):
     `interval` has the ends of the 95 % interval of the profile likelihood, for the noise of the
     result; an interval that ends at a bound is open. A phase lies
     between 0 and its period, with bounds and interval moved by whole periods: measured(phi) =
-    computed(phi + phase).
+    computed(phi + phase). A shift is that of the time: measured(t) = computed(t + shift).
     """
 
     name: str
@@ -97,14 +97,15 @@ class ModelMeasured(Record):
     fit rests on `active_bounds`; else "not explained", or "not settled" if starts disagree. `rank`
     is the number of combinations of inputs that the data determine; `correlation` is the matrix of
     the inputs in their order, null if the data do not determine all; `rms_of_noise` is the RMS
-    residual over the noise of the data.
+    residual over the noise of the data. The largest residual has its angle, or, of what moves
+    freely, its time in the record.
     """
 
     outcome: Outcome
     rms: float
     rms_of_noise: float
     largest_residual: float
-    largest_residual_deg: float
+    largest_residual_deg: float | None
     fitted: list[FittedInput]
     rank: int
     correlation: list[list[float]] | None
@@ -115,6 +116,7 @@ class ModelMeasured(Record):
     channels: list[ChannelFit]
     active_bounds: list[FitBound]
     rms_N: float | None = None
+    largest_residual_s: float | None = None
 
 
 @dataclass(frozen=True)

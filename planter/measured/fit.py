@@ -252,14 +252,15 @@ class Fit:
         determined = singular > DETERMINED * singular[0]
         root = (rows[determined].T / singular[determined]) * self._widths[:, None]
         values, slopes = self.curve.evaluate(self.values, phi)
-        nodes = np.linspace(0, self.curve.machine.turn, BAND_ANGLES, endpoint=False)
+        moves = self.curve.duration is not None  # over a record, which does not repeat
+        nodes = np.linspace(0, self.curve.machine.turn, BAND_ANGLES, endpoint=moves)
         directions = self.curve.evaluate(self.values, nodes)[1]
         factors = [
             np.interp(
                 phi,
                 nodes,
                 [self.noise.widen(row, LEVEL) for row in channel],
-                period=self.curve.machine.turn,
+                period=None if moves else self.curve.machine.turn,
             )
             for channel in directions
         ]
@@ -381,6 +382,8 @@ def prepare_searches(curve: MeasuredCurve) -> Callable[[Array], SearchEnd]:
     def run(begin: Array) -> SearchEnd:
         thin.restart()
         try:
+            for part in thin.list_beginnings():
+                begin = search(part, begin, list(range(len(begin))), PROFILE_TOLERANCE)[0]
             return SearchEnd(*_search_from(thin, begin))
         except ComputationError as error:
             return SearchEnd(begin, float("inf"), error.message)

@@ -227,7 +227,8 @@ def assess_lack_of_fit(curve: MeasuredCurve, residuals: Array, slopes: Array) ->
 
     A record of several revolutions is also compared with its mean curve, which no model may miss by
     more than noise; and each record with polynomials over it: noise that is highly correlated could
-    stand for a trend.
+    stand for a trend. Of what moves freely the harmonics are those of the record, and those around
+    its oscillation.
     """
     worst, tests = LackOfFit(0.0, 1.0, 0), 0
     for points, gaps in zip(curve.channels, curve.gaps, strict=True):
@@ -238,6 +239,10 @@ def assess_lack_of_fit(curve: MeasuredCurve, residuals: Array, slopes: Array) ->
             continue
         both = np.column_stack([slopes[points], fourier_basis(phi, count)])
         results = [compare_nested(part, slopes[points], both, gaps)]
+        if curve.duration is not None:  # a record has many oscillations, and a cycle is one
+            first = find_first_order(phi, curve.values[points], count)
+            both = np.column_stack([slopes[points], fourier_basis(phi, count, first)])
+            results.append(compare_nested(part, slopes[points], both, gaps))
         for degree in TREND_DEGREES:
             trends = np.column_stack([slopes[points], build_trends(phi, records, degree)])
             results.append(compare_nested(part, slopes[points], trends, gaps))
@@ -251,6 +256,16 @@ def assess_lack_of_fit(curve: MeasuredCurve, residuals: Array, slopes: Array) ->
                 worst = LackOfFit(test.F, test.probability, count)
     probability = min(1.0, worst.probability * max(tests, 1))
     return LackOfFit(worst.F, probability, worst.harmonics)
+
+
+def find_first_order(phi: Array, values: Array, count: int) -> int:
+    """Return the first of so many harmonics around the largest one of values (m,) at angles (m,)
+    [rad].
+    """
+    orders = np.arange(1, max(len(phi) // 3, 2))
+    waves = np.exp(-1j * np.outer(orders, phi)) @ (values - values.mean())
+    largest = int(orders[np.abs(waves).argmax()])
+    return max(1, largest - count // 2)
 
 
 def build_trends(phi: Array, records: Integers, degree: int) -> Array:

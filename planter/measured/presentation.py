@@ -87,13 +87,13 @@ LEGEND_WIDTH, LABEL_WIDTH = 90, 34
 
 
 def present_fit(
-    document: Document, calibrated: Calibrated, meanings: Mapping[str, str], angle: str
+    document: Document, calibrated: Calibrated, meanings: Mapping[str, str], label: str
 ) -> ResultPresentation:
     """Return the presentation of a fit: inputs with intervals, residuals of the models, treatment
     of the data.
 
-    `meanings` are those of the numbers of the file by path, `angle` is the name of the angle of the
-    drive.
+    `meanings` are those of the numbers of the file by path, `label` is that of the angle of the
+    drive, or of the time.
     """
     result = calibrated.result
     return ResultPresentation(
@@ -104,7 +104,7 @@ def present_fit(
         document=document,
         meanings=meanings,
         figures=lambda: {
-            "measured": draw_measured(calibrated, f"{angle} / deg"),
+            "measured": draw_measured(calibrated, label),
             "data": draw_reading(calibrated.measured),
         },
         captions={"data": DATA_CAPTION, "measured": FIT_CAPTION},
@@ -131,10 +131,14 @@ def present_preview(
             if reading.speed_rpm is None
             else f" at {reading.speed_rpm[0]:.4g} to {reading.speed_rpm[2]:.4g} r/min"
         )
+        extent = (
+            f"{reading.revolutions:.4g} revolutions"
+            if reading.duration_s is None
+            else f"{reading.duration_s:.4g} s"
+        )
         conclusion = (
-            f"{reading.used} of {reading.rows} rows are used, over {reading.revolutions:.4g} "
-            f"revolutions{speed}; "
-            "nothing was fitted."
+            f"{reading.used} of {reading.rows} rows are used, over {extent}{speed}; nothing was "
+            f"fitted."
         )
     return ResultPresentation(
         title=f"Measured data for {document.name}",
@@ -164,7 +168,7 @@ def _list_columns(result: MeasuredPreview) -> Section:
 
 
 def present_explained(
-    document: Document, explained: ExplanationFits, meanings: Mapping[str, str], angle: str
+    document: Document, explained: ExplanationFits, meanings: Mapping[str, str], label: str
 ) -> ResultPresentation:
     """Return the presentation of what explains a measured curve: explanations compared, parameters,
     inputs, data.
@@ -178,7 +182,7 @@ def present_explained(
         document=document,
         meanings=meanings,
         figures=lambda: {
-            "explained": draw_explained(explained, f"{angle} / deg"),
+            "explained": draw_explained(explained, label),
             "data": draw_reading(explained.measured),
         },
         captions={"data": DATA_CAPTION, "explained": EXPLAINED_CAPTION},
@@ -233,7 +237,11 @@ def _format_probability(probability: float | None) -> Cell:
 def _list_data(reading: DataReading, treatment: Sequence[str]) -> Iterator[Section]:
     dropped_rows = {describe_dropped(entry) for entry in reading.dropped}
     lines = [f"{line[0].upper()}{line[1:]}." for line in treatment if line not in dropped_rows]
-    keys: dict[str, Cell] = {"revolutions": reading.revolutions, "step / deg": reading.step_deg}
+    keys: dict[str, Cell] = (
+        {"revolutions": reading.revolutions or 0.0, "step / deg": reading.step_deg or 0.0}
+        if reading.duration_s is None
+        else {"duration / s": reading.duration_s, "step / s": reading.step_s or 0.0}
+    )
     if reading.speed_rpm is not None:
         names = ("least", "mean", "greatest")
         keys |= {
@@ -258,6 +266,9 @@ def _list_sections(result: MeasuredFound) -> Iterator[Section]:
     table = tabulate_records(result.fitted, INPUTS | further, "", list(further)[1:])
     yield Section(f"Fitted inputs, with 95 % intervals for {noise}", [table])
     unit = result.unit
+    place = ("at / deg", "largest_residual_deg")
+    if result.reading.duration_s is not None:
+        place = ("at / s", "largest_residual_s")
     columns = {
         "outcome": "outcome",
         f"rms / {unit}": "rms",
@@ -266,11 +277,11 @@ def _list_sections(result: MeasuredFound) -> Iterator[Section]:
         "p": "lack_of_fit.probability",
         "starts": "starts",
         "agree": "agreeing_starts",
-        "at / deg": "largest_residual_deg",
+        place[0]: place[1],
         "rank": "rank",
     }
     tables = [
-        tabulate_records([fit], columns, f"{name} model", ("at / deg", "rank"))
+        tabulate_records([fit], columns, f"{name} model", (place[0], "rank"))
         for name, fit in result.models.items()
     ]
     yield Section("Residuals of the models", tables)
@@ -343,7 +354,9 @@ def _tabulate_curves(calibrated: Calibrated) -> dict[str, Array]:
     display units.
     """
     used, unit = calibrated.measured.used, calibrated.result.unit
-    columns = {"phi_deg": np.degrees(calibrated.measured.phi[used])}
+    first = next(iter(calibrated.fits.values())).curve
+    key = "phi_deg" if first.duration is None else "t_s"
+    columns = {key: first.to_places(calibrated.measured.phi[used])}
     columns |= {key_of("measured", unit): calibrated.measured.values[used]}
     bands = {}
     for model, fit in calibrated.fits.items():
@@ -384,13 +397,14 @@ def _draw_channel(
     curves: Iterable[_FittedCurve],
     labels: tuple[str, str],
 ) -> None:
-    """Draw measured points (angles [deg], values, label) with curves at angles [deg], and their
+    """Draw measured points (angles [deg] or times [s], values, label) with curves at such, and their
     residuals below; `labels` are the quantity and its unit.
     """
     top, bottom = panels
     phi, values, label = points
     thin = slice(None, None, 1 + len(phi) // MOST_DRAWN)
-    phi = np.mod(phi, dense[-1])[thin]
+    phi = phi[thin]
+    phi = np.where((phi < 0) | (phi > dense[-1]), np.mod(phi, dense[-1]), phi)
     top.plot(phi, values[thin], "o", color=style.SOFT, markersize=2, label=label)
     for curve in curves:
         top.plot(dense, curve.values, color=curve.shade, label=curve.label)
@@ -405,9 +419,9 @@ def _draw_channel(
 
 
 def _list_angles(curve: MeasuredCurve) -> Array:
-    """Return the angles [deg] of a cycle at which curves are drawn, half a degree apart."""
-    end = float(np.degrees(curve.machine.turn))
-    return np.linspace(0, end, round(2 * end) + 1)
+    """Return the angles [rad] of a cycle at which curves are drawn, half a degree apart."""
+    end = curve.machine.turn
+    return np.linspace(0, end, round(2 * np.degrees(end)) + 1)
 
 
 @style.with_style
@@ -416,10 +430,11 @@ def draw_measured(calibrated: Calibrated, angle: str) -> Figure:
     and residuals.
     """
     first = next(iter(calibrated.fits.values())).curve
-    count, dense = len(first.keys), _list_angles(first)
+    count, angles = len(first.keys), _list_angles(first)
+    dense = first.to_places(angles)
     figure = style.new_figure(5.0 if count == 1 else 2.6 * count + 2)
     panels = figure.subplots(2 * count, 1, sharex=True, height_ratios=[1.6, 1] * count)
-    bands = {model: fit.curve_band(np.radians(dense)) for model, fit in calibrated.fits.items()}
+    bands = {model: fit.curve_band(angles) for model, fit in calibrated.fits.items()}
     for k, (key, unit, points) in enumerate(
         zip(first.keys, first.units, first.channels, strict=True)
     ):
@@ -436,7 +451,7 @@ def draw_measured(calibrated: Calibrated, angle: str) -> Figure:
                     fit.residuals[points],
                 )
             )
-        measured = np.degrees(first.phi[points]), first.values[points], "measured"
+        measured = first.to_places(first.phi[points]), first.values[points], "measured"
         name = format_name("measured and fitted" if count == 1 else key)
         _draw_channel(panels[2 * k : 2 * k + 2], measured, dense, curves, (name, unit))
     style.over_a_turn(panels[-1], label=False, end=dense[-1])
@@ -454,7 +469,7 @@ def draw_explained(explained: ExplanationFits, angle: str) -> Figure:
     panels = figure.subplots(2, 1, sharex=True, height_ratios=[1.6, 1])
     result, fits = explained.result, explained.fits
     preferred = fits[result.preferred].fit
-    first, dense = preferred.curve, _list_angles(preferred.curve)
+    first, dense = preferred.curve, np.degrees(_list_angles(preferred.curve))
     drift = first.drift(preferred.values)[0]
     label = "measured, less the drift" if drift.any() else "measured"
     names = dict.fromkeys([fits[result.preferred].base, result.preferred, *result.undecided[:2]])
@@ -479,13 +494,18 @@ def draw_explained(explained: ExplanationFits, angle: str) -> Figure:
 
 @style.with_style
 def draw_reading(measured: Measurement) -> Figure:
-    """Draw the record over its revolutions, and these over each other, with outliers."""
+    """Draw the record over its revolutions, and these over each other, with outliers; that of what
+    moves freely over its time.
+    """
     count = len(measured.channels)
     figure = style.new_figure(1.0 + 2.6 * count)
-    grid = figure.subplots(count, 2, squeeze=False, width_ratios=[2, 1])
     revolutions = (measured.phi - measured.phi.min()) / TURN
-    degrees = np.degrees(measured.phi) % 360
-    thin = slice(None, None, 1 + len(degrees) // MOST_DRAWN)
+    places = {"revolutions": revolutions, "angle / deg": np.degrees(measured.phi) % 360}
+    if measured.duration is not None:
+        places = {"time / s": revolutions * measured.duration}
+    widths = [2, 1][: len(places)]
+    grid = figure.subplots(count, len(places), squeeze=False, width_ratios=widths)
+    thin = slice(None, None, 1 + len(revolutions) // MOST_DRAWN)
     shade = style.curve_colour("exact", 0)
     for panels, channel in zip(grid, measured.channels, strict=True):
         used, values = np.flatnonzero(channel.used)[thin], channel.values
@@ -494,13 +514,14 @@ def draw_reading(measured: Measurement) -> Figure:
         margin = 0.1 * ((high - low) or 1.0)
         # outliers beyond the edge do not hide the curve
         clipped = np.clip(values[out], low - margin, high + margin)
-        for axes, x in zip(panels, (revolutions, degrees), strict=True):
+        for axes, x in zip(panels, places.values(), strict=True):
             axes.plot(x[used], values[used], ".", color=shade, markersize=1.5)
             axes.plot(x[out], clipped, "x", color=OUTLIER, markersize=5)
             axes.set_ylim(low - 1.5 * margin, high + 1.5 * margin)
         panels[0].set_ylabel(f"{channel.name} / {channel.unit or '1'}")
         panels[0].set_title(f"record, noise {channel.noise:.2g} {channel.unit}", loc="left")
-        panels[1].set_title(f"{revolutions.max():.3g} revolutions", loc="left")
-    for axes, label in zip(grid[-1], ("revolutions", "angle / deg"), strict=True):
+        if measured.duration is None:
+            panels[1].set_title(f"{revolutions.max():.3g} revolutions", loc="left")
+    for axes, label in zip(grid[-1], places, strict=True):
         axes.set_xlabel(label)
     return figure

@@ -2,8 +2,9 @@
 was left out.
 
 The angle is a column (counted on, or starting anew every revolution), follows from the time at the
-machine's speed, or from a trigger that pulses once a revolution. Rows stay in the order of the
-file, which is that of the noise.
+machine's speed, or from a trigger that pulses once a revolution. Of what moves freely there is the
+time alone, counted from the first row: its record is a turn. Rows stay in the order of the file,
+which is that of the noise.
 """
 
 from __future__ import annotations
@@ -188,7 +189,8 @@ class DataReading(Record):
     what was dropped.
 
     `rows` are those of the file, `used` those with an angle and a value; `speed_rpm` are the least,
-    mean and greatest speed of a revolution, null unless the file has times.
+    mean and greatest speed of a revolution, null unless the file has times. Of what moves freely
+    there are `duration_s` and `step_s` instead of revolutions and degrees.
     """
 
     file: str
@@ -197,11 +199,13 @@ class DataReading(Record):
     angle: str
     rows: int
     used: int
-    revolutions: float
-    step_deg: float
+    revolutions: float | None
+    step_deg: float | None
     speed_rpm: list[float] | None
     dropped: list[DroppedRows]
     channels: list[ChannelReading]
+    duration_s: float | None = None
+    step_s: float | None = None
 
 
 @dataclass(frozen=True)
@@ -210,7 +214,8 @@ class Measurement:
     record.
 
     `speed` (n,) [rad/s] is that of the drive, None if the file does not tell. `treatment` describes
-    in sentences how the file was read, `reading` as a record.
+    in sentences how the file was read, `reading` as a record. Of what moves freely a turn is the
+    record's `duration` [s], which is None otherwise.
     """
 
     phi: Array
@@ -218,6 +223,7 @@ class Measurement:
     treatment: tuple[str, ...] = ()
     speed: Array | None = None
     reading: DataReading | None = None
+    duration: float | None = None
 
     @property
     def values(self) -> Array:
@@ -237,8 +243,8 @@ class Measurement:
 
 @dataclass(frozen=True)
 class _Positions:
-    """Angles (n,) [rad], NaN if unknown, `order` of the rows, a sentence, speeds (n,) or None, and
-    dropped rows.
+    """Angles (n,) [rad], NaN if unknown, `order` of the rows, a sentence, speeds (n,) or None,
+    dropped rows, and the duration [s] of a record of what moves freely.
     """
 
     phi: Array
@@ -246,6 +252,7 @@ class _Positions:
     note: str
     speed: Array | None = None
     dropped: tuple[DroppedRows, ...] = ()
+    duration: float | None = None
 
 
 def describe_columns(table: LoggerTable) -> list[DataColumn]:
@@ -261,10 +268,10 @@ def describe_columns(table: LoggerTable) -> list[DataColumn]:
 
 
 def read(
-    path: str | Path, columns: Columns, speed: float, unit: str | Sequence[str] = "N"
+    path: str | Path, columns: Columns, speed: float | None, unit: str | Sequence[str] = "N"
 ) -> Measurement:
-    """Read curves from a file; `speed` [rad/s] of the drive converts times to angles, `unit` is
-    that of each quantity.
+    """Read curves from a file; `speed` [rad/s] of the drive converts times to angles, None of what
+    moves freely; `unit` is that of each quantity.
 
     Raises InputError, which names file, line and column, if the file cannot be read, a column or
     unit does not exist, there are too few points, or a cell is not a number.
@@ -273,7 +280,7 @@ def read(
 
 
 def read_curves(
-    table: LoggerTable, columns: Columns, speed: float, unit: str | Sequence[str] = "N"
+    table: LoggerTable, columns: Columns, speed: float | None, unit: str | Sequence[str] = "N"
 ) -> Measurement:
     """Read curves from a table as `read` does."""
     path = table.source
@@ -327,6 +334,7 @@ def read_curves(
         )
         notes.append(f"{channel.name} in {name}: not smoothed; {_describe_outliers(readings[-1])}")
     revolutions = float(np.ptp(phi) / TURN)
+    step, duration = float(np.median(np.abs(np.diff(phi)))), positions.duration
     reading = DataReading(
         file=path,
         encoding=table.encoding,
@@ -336,11 +344,13 @@ def read_curves(
         used=int(np.any([channel.used for channel in channels], axis=0).sum())
         if channels
         else len(retained),
-        revolutions=revolutions,
-        step_deg=float(np.degrees(np.median(np.abs(np.diff(phi))))),
+        revolutions=revolutions if duration is None else None,
+        step_deg=float(np.degrees(step)) if duration is None else None,
         speed_rpm=None if positions.speed is None else _summarise_speed(positions.speed[retained]),
         dropped=dropped,
         channels=readings,
+        duration_s=duration,
+        step_s=None if duration is None else step / TURN * duration,
     )
     treatment = (table.describe(), positions.note, *notes, *map(describe_dropped, dropped))
     return Measurement(
@@ -349,6 +359,7 @@ def read_curves(
         treatment,
         None if positions.speed is None else positions.speed[retained],
         reading,
+        duration,
     )
 
 
@@ -414,10 +425,12 @@ def _factor(
     return factor, unit
 
 
-def _find_positions(table: LoggerTable, columns: Columns, speed: float) -> _Positions:
+def _find_positions(table: LoggerTable, columns: Columns, speed: float | None) -> _Positions:
     """Return the angles of all rows. Raises InputError if no column gives them."""
     columns.check_places()
     time = _read_times(table, columns)
+    if speed is None:
+        return _count_time(table, columns, time)
     if columns.angle is None and columns.trigger is None and time is None:
         raise InputError(
             f"{table.source}: add --angle, --time or --trigger with the column of the angle, the "
@@ -438,6 +451,30 @@ def _find_positions(table: LoggerTable, columns: Columns, speed: float) -> _Posi
     )
     note = f"angle by the time {note} at {speed * 30 / np.pi:g} r/min"
     return _Positions(seconds * speed, np.arange(len(seconds)), note, None, dropped)
+
+
+def _count_time(
+    table: LoggerTable, columns: Columns, time: tuple[Array, str, tuple[DroppedRows, ...]] | None
+) -> _Positions:
+    """Return the times of all rows as angles of a turn, which is the record."""
+    if columns.angle is not None or columns.trigger is not None:
+        option = "--trigger" if columns.angle is None else "--angle"
+        raise InputError(
+            f"{table.source}: {option} does not apply to what moves freely, which no angle drives; "
+            f"name the column of the time by --time"
+        )
+    if time is None:
+        raise InputError(
+            f"{table.source}: add --time with the column of the time, or --interval-s with the "
+            f"time from row to row; the columns are {', '.join(map(repr, table.names))}"
+        )
+    seconds, note, dropped = time
+    duration = float(np.nanmax(seconds, initial=0.0))
+    if not duration > 0:
+        raise InputError(f"{table.source}: the times of all rows are equal; name another column")
+    note = f"time {note}, counted from the first row"
+    phi = seconds * (TURN / duration)
+    return _Positions(phi, np.arange(len(seconds)), note, None, dropped, duration)
 
 
 def _read_times(
@@ -750,9 +787,11 @@ def count_mean_harmonics(phi: Array) -> int:
     return int(min(HARMONICS, len(phi) * TURN / np.ptp(phi) / POINTS_PER_HARMONIC))
 
 
-def fourier_basis(phi: Array, count: int) -> Array:
-    """Return a constant, cosines and sines of the first harmonics as columns (n, 1 + 2 count)."""
-    orders = np.outer(phi, np.arange(1, count + 1))
+def fourier_basis(phi: Array, count: int, first: int = 1) -> Array:
+    """Return a constant, cosines and sines of harmonics from the `first` on as columns (n, 1 + 2
+    count).
+    """
+    orders = np.outer(phi, np.arange(first, first + count))
     return np.column_stack([np.ones(len(phi)), np.cos(orders), np.sin(orders)])
 
 

@@ -77,7 +77,8 @@ def calibrate(
     time: Annotated[
         str | None,
         text_option(
-            "its column with the time, at the machine's speed unless --angle or --trigger tells it",
+            "its column with the time, at the machine's speed unless --angle or --trigger tells "
+            "it; of a free motion from the first row on",
             "NAME",
         ),
     ] = None,
@@ -116,7 +117,8 @@ def calibrate(
     fit: Annotated[
         list[str] | None,
         text_option(
-            "fit this input within bounds; also offset_N and phase_deg (repeatable)",
+            "fit this input within bounds; also offset_N and phase_deg, or shift_s of a free "
+            "motion (repeatable)",
             "PATH=LOW:HIGH",
         ),
     ] = None,
@@ -154,7 +156,8 @@ def calibrate(
     Separator, decimal marks, encoding, preamble and units of the file are detected; --preview shows
     how it was read. Correlated noise is estimated, and the 95 % intervals allow for it. phase_deg
     shifts the angle: measured(phi) = computed(phi + phase); with bounds of a full period, as
-    phase_deg=0:360, any is tried.
+    phase_deg=0:360, any is tried. What moves freely is fitted over the time of the record; shift_s
+    is the time of its first row after the start.
 
     Your own mechanism: planter calibrate own/slider_crank.toml --data force.csv --column force
     --angle angle --quantity F_Ox_N --fit m_s_kg=1:2
@@ -164,7 +167,7 @@ def calibrate(
     """
     console = Console(as_json)
     with console.outcome():
-        from planter.engine.wording import name_angle
+        from planter.engine.wording import label_place
         from planter.measured.calibration import ValidationMeasurement
         from planter.measured.presentation import present_explained, present_fit
         from planter.measured.reading import Columns
@@ -177,7 +180,10 @@ def calibrate(
         from planter.mechanism.extension import find_extension
         from planter.task import Means
 
-        opened = open_machine(machine, set_, speed_rpm, model or ModelName.exact)
+        opened = open_machine(machine, set_, speed_rpm, model or ModelName.exact, may_move=True)
+        if opened.motion is not None:
+            of_a_cycle = ("--explain", "--check", "--check-rpm", "--angle", "--trigger", "--model")
+            refuse_unused(f"since {opened.name} moves freely", *of_a_cycle)
         means, first = Means(workers, cluster), None if model is None else model.value
         if data is None:
             refuse_unused("without --data, a measured curve", *OF_MEASURED)
@@ -212,7 +218,7 @@ def calibrate(
         if preview:
             preview_data(source).show(console, out)
             return
-        meanings, label = source.machine.meanings, name_angle(source.machine)
+        meanings, label = source.machine.meanings, label_place(source.machine)
         if explain:
             explained = explain_data(source, bounds, seed, console.progress, priors)
             present_explained(opened.document, explained, meanings, label).show(console, out)

@@ -11,7 +11,12 @@ from typing import TYPE_CHECKING
 from planter.engine.machine import HasMachine, Machine, to_machine
 from planter.errors import InputError
 from planter.measured import calibration
-from planter.measured.calibration import Calibrated, ValidationMeasurement, find_units
+from planter.measured.calibration import (
+    Calibrated,
+    ValidationMeasurement,
+    find_speed,
+    find_units,
+)
 from planter.measured.curve import find_measured
 from planter.measured.explanations import ExplanationFits, read_and_explain
 from planter.measured.findings import MeasuredPreview
@@ -69,6 +74,8 @@ class MeasuredSource:
             keys = ", ".join(result.key for result in machine.results)
             raise InputError(f"--quantity must name what was measured: it must be one of {keys}")
         names = [find_measured(machine, quantity).name for quantity in self.quantities]
+        if machine.motion is not None:
+            return
         view = find_sensor_view(machine)
         if view is not None and view.quantity.name in names:
             names += [find_measured(machine, key).name for key in view.needed]
@@ -144,7 +151,7 @@ def preview_data(source: MeasuredSource) -> ResultPresentation:
     table, measured = read_logger_table(source.data), None
     if columns.names or columns.has_positions:
         units = find_units(machine, columns, source.quantities if columns.names else ())
-        measured = read_curves(table, columns, float(machine.data[machine.speed]), units)
+        measured = read_curves(table, columns, find_speed(machine), units)
     result = MeasuredPreview(
         machine=machine.name,
         quantity=[find_measured(machine, quantity).key for quantity in source.quantities],

@@ -11,7 +11,7 @@ from __future__ import annotations
 import copy
 import itertools
 import warnings
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, fields, replace
 from functools import cached_property, partial
@@ -23,13 +23,13 @@ import scipy
 from threadpoolctl import threadpool_limits
 
 from planter.errors import ComputationError, InputError, NotFiniteError
-from planter.kernels import Array, Kernel
-from planter.kernels.backends import defer_interrupt
+from planter.kernels import Array, CallError, Kernel
 from planter.kernels.elimination import InertiaFactor
 from planter.kernels.formulas import Formulas
 from planter.mechanism.file import MechanismFile
 from planter.mechanism.input_history import InputHistory
 from planter.mechanism.motion_equations import MotionEquations, place_balances
+from planter.numerics.roots import bracket_sign_changes
 from planter.progress import name_step
 
 RANK = 1e-9
@@ -44,9 +44,19 @@ DIFFERENCE_STEP = 1e-7
 """Step of the implicit integrator's differences, in parts of a state and one."""
 EVENT_SAMPLES = 32
 """Parts of an integrator's step in which an event is looked for."""
+SIGN_SAMPLES = 4
+"""The same for signs of normal forces, each of which costs as much as an evaluation."""
 TIME_RESOLUTION = 1e-12
 """Events are located to this share of a motion's last time, of which floating point resolves
 1e-16.
+"""
+BRANCH_STEP = 1e-3
+"""Step to the poses next to one [rad, m]: singular values grow with it."""
+PENETRATION = 1e-9
+"""Gaps of impacts below minus this [m] are contacts that stay closed."""
+HOP_SHARE = 0.25
+"""First step after an impact, as a share of the time to the next one if the gap's rate goes on to
+change as it does.
 """
 MOST_SIGN_CHANGES = 50
 """Steps to the sizes of normal forces that friction follows from."""
@@ -394,6 +404,10 @@ class Dynamics:
         `accelerations`. Raises ComputationError if no sizes do, since the mechanism jams, or if a
         force is statically indeterminate.
         """
+        return np.abs(self.find_normal_forces(time, state, share))
+
+    def find_normal_forces(self, time: float, state: Array, share: float = RANK) -> Array:
+        """Return these forces (f,) [N or N m], as `find_sizes` their sizes."""
         count = len(self._pressing)
         if not count:
             return np.empty(0)
@@ -409,7 +423,7 @@ class Dynamics:
                 )
                 before, signs = signs, np.copysign(1.0, alone + slopes @ sizes)
                 if np.array_equal(signs, before):
-                    return sizes
+                    return signs * sizes
         raise ComputationError(
             f"{self.file.name}: at {time:.6g} s friction jams: no forces "
             f"{', '.join(self._pressing)} go with it"
@@ -482,17 +496,22 @@ class Dynamics:
     def _bind_accelerations(self, share: float) -> Callable[[float, Array], Array]:
         """Return the function (time, state) -> accelerations (k,) for many calls in this thread.
 
-        Where nothing constrains the motion, one call of a kernel solves for them.
+        Where nothing constrains the motion, one call of a kernel solves for them, in memory that
+        the next call writes again.
         """
         if not self._is_free:
             return lambda time, state: self.accelerations(time, state, share)[0]
         now, at = np.zeros((1, 1)), np.zeros((2 * self.size, 1))
         inputs = np.zeros((self.history.symbols.numel(), 1))
-        solved = self._free_kernel.bind(time=now, state=at, inputs=inputs)
+        solve = self._free_kernel.bind(time=now, state=at, inputs=inputs)
+        accelerations, columns = solve.outputs["accelerations"][:, 0], at[:, 0]
 
         def accelerate(time: float, state: Array) -> Array:
-            now[0, 0], at[:, 0], inputs[:, 0] = time, state, self.history.at(time)
-            return solved()["accelerations"][:, 0]
+            now[0, 0], columns[:] = time, state
+            if len(inputs):
+                inputs[:, 0] = self.history.at(time)
+            solve()
+            return accelerations
 
         return accelerate
 
@@ -681,20 +700,23 @@ class Dynamics:
         """Return states (2k, n) [rad, m and per s] and events of a motion at times (n,) [s] from an
         allowed state.
 
-        The integrator's steps are added to `steps`. The rest is as for `run`.
+        The integrator's steps are added to `steps`; if there are any to be added, events are also
+        changes of signs of the normal forces that friction follows from. The rest is as for `run`.
         """
         pace, share = _Pace(self.file.name, times[0], times[-1]), self._find_share(times[0], state)
+        self._refuse_branches(times[0], state)
         accelerate = self._bind_accelerations(share)
+
+        size = self.size
 
         def rates(time: float, y: Array) -> Array:
             if pace.count(time) == LONG_MOTION:
                 self.compile()
-            with suppress(NotFiniteError):
-                if np.isfinite(y).all():
-                    return np.concatenate([y[self.size :], accelerate(time, y)])
-            return np.full(
-                2 * self.size, np.nan
-            )  # the step is too long: the integrator tries a shorter one
+            try:
+                return np.concatenate([y[size:], accelerate(time, y)])
+            except (CallError, NotFiniteError):
+                # the step is too long: the integrator tries a shorter one
+                return np.full(2 * size, np.nan)
 
         def differentiate(time: float, y: Array) -> Array:
             steps = DIFFERENCE_STEP * (1 + np.abs(y))
@@ -709,20 +731,24 @@ class Dynamics:
         begin = partial(method, rates, rtol=tolerance, atol=1e-2 * tolerance)
         solver, states, passages = begin(times[0], state, times[-1]), [state], []
         resolution = TIME_RESOLUTION * np.abs(times[[0, -1]]).max()
-        signs = np.zeros(len(self.event_names))
+        names = [*self.event_names, *(self._sign_names if steps is not None else ())]
+        signs = np.zeros(len(names))
         with name_step(
             lambda: f"{self.file.name}: integrated {solver.t:.4g} s of {times[-1]:.4g} s"
         ):
             while solver.t < times[-1]:
                 at = solver.y
-                if (message := defer_interrupt(solver.step)) is not None:
+                if (message := solver.step()) is not None:
                     raise ComputationError(
                         f"{self.file.name}: the motion stops at {solver.t:.6g} s: {message}"
                     )
                 crossed, after = (
-                    self._find_passages(solver, signs, resolution)
-                    if self.event_names
+                    self._find_passages(solver, signs, resolution, names, share)
+                    if names
                     else ([], signs)
+                )
+                impact = next(
+                    (passage for passage in crossed if passage.event in self.impacts), None
                 )
                 inside = [
                     passage.time
@@ -734,19 +760,108 @@ class Dynamics:
                 ):  # another law holds in part of the step
                     solver = begin(solver.t_old, at, inside[0] + resolution)
                     continue
+                end, dense = solver.t, solver.dense_output()
+                if impact is not None:  # what else happens later in the step is found again
+                    end, crossed = impact.time, crossed[: crossed.index(impact) + 1]
+                    changed = [passage.event for passage in crossed]
+                    after = np.where(np.isin(names, changed), after, signs)
+                    after[names.index(impact.event)] = 0.0
+                    after[len(self.event_names) :] = 0.0  # normal forces may be others after it
                 signs = after
                 passages += crossed
                 if steps is not None:
-                    steps.append(MotionStep(solver.t_old, solver.t, solver.dense_output(), crossed))
-                if len(passed := times[len(states) :][times[len(states) :] <= solver.t]):
-                    dense = solver.dense_output()
-                    states += [self.project(time, dense(time), share) for time in passed]
-                at = self.project(solver.t, solver.y, share)
-                if crossed or solver.status == "finished":
+                    _add_step(steps, MotionStep(solver.t_old, end, dense, crossed), resolution)
+                passed = times[len(states) :][times[len(states) :] <= end]
+                states += [self.project(time, dense(time), share) for time in passed]
+                at = self.project(end, dense(end) if impact else solver.y, share)
+                if impact is not None:
+                    at = self.rebound(end, at, impact.event)
+                    hop = self._estimate_hop(end, at, impact.event, rates)
+                    solver = begin(end, at, times[-1], first_step=min(hop, times[-1] - end) or None)
+                elif crossed or solver.status == "finished":
                     solver = begin(solver.t, at, times[-1])
                 elif self.constraints:
                     solver.y, solver.f = at, solver.fun(solver.t, at)
         return np.array(states).T, passages
+
+    def _refuse_branches(self, time: float, state: Array) -> None:
+        """Raise ComputationError if more constraints depend on each other in a state than in poses
+        next to it: several motions go on from there.
+        """
+        slopes = self.equations(time, state).slopes
+        rank = len(find_independent_rows(slopes))
+        if rank == len(slopes):
+            return
+        ways, moved = scipy.linalg.null_space(slopes, RANK), np.array(state, dtype=float)
+        moved[: self.size] += BRANCH_STEP * ways.sum(axis=1)  # a way that no branch takes alone
+        try:
+            moved = self.project(time, moved)
+        except ComputationError:  # no other pose is next to it
+            return
+        if len(find_independent_rows(self.equations(time, moved).slopes)) > rank:
+            names, places = ", ".join(self.dependent(state, time)), self.names[: self.size]
+            pose = (f"{name} = {value:.6g}" for name, value in zip(places, state, strict=False))
+            raise ComputationError(
+                f"{self.file.name}: at {time:.6g} s the pose {', '.join(pose)} (SI) is singular: "
+                f"{names} depend on each other there, and several motions go on; start beside it"
+            )
+
+    @cached_property
+    def impacts(self) -> list[str]:
+        """The names of the events at which rates jump."""
+        return [f"impact of {name}" for name in self.graphs.impacts]
+
+    @cached_property
+    def _impact_function(self) -> ca.Function:
+        """(time, state, inputs) -> rates of gaps, their slopes, and restitutions."""
+        graphs = self.graphs
+        symbols = [graphs.time, graphs.state, self.history.symbols]
+        outputs = [graphs.openings, graphs.opening_slopes, graphs.restitutions]
+        return ca.Function("impacts", symbols, list(map(ca.densify, outputs)))
+
+    def rebound(self, time: float, state: Array, event: str) -> Array:
+        """Return the state (2k,) [rad, m and per s] after an impact, the same if its gap opens.
+
+        Raises ComputationError if nothing resists the impulse.
+        """
+        jump = self.find_impulses(time, state, event)[0]
+        return np.concatenate([state[: self.size], state[self.size :] + jump])
+
+    def find_impulses(self, time: float, state: Array, event: str) -> tuple[Array, Array]:
+        """Return the jump (k,) of the rates [rad/s, m/s] at an impact, and the impulses (c + i,) of
+        constraints and impacts, of which those that have no part vanish [N s for a gap in m].
+        """
+        opening, row, restitution = self._find_opening(time, state, event)
+        now = self.equations(time, state)
+        impulses = np.zeros(len(now.slopes) + len(self.impacts))
+        if opening >= 0:
+            return np.zeros(self.size), impulses
+        rows = find_independent_rows(now.slopes)
+        bends = np.append(np.zeros(len(rows)), -(1 + restitution) * opening)
+        slopes = np.vstack([now.slopes[rows], row])
+        chosen = np.append(rows, len(now.slopes) + self.impacts.index(event))
+        jump, impulses[chosen] = self._solve(time, now.inertia, slopes, np.zeros(self.size), bends)
+        return jump, impulses
+
+    def _find_opening(self, time: float, state: Array, event: str) -> tuple[float, Array, float]:
+        """Return the rate of the gap of an impact [m/s], its slopes (k,), and the restitution."""
+        values = self._impact_function(time, state, self.history.at(time))
+        openings, slopes, restitutions = map(np.array, values)
+        index = self.impacts.index(event)
+        return openings[index, 0], slopes[index], restitutions[index, 0]
+
+    def _estimate_hop(
+        self, time: float, state: Array, event: str, rates: Callable[[float, Array], Array]
+    ) -> float:
+        """Return a first step [s] after an impact, a share of the time in which its gap is open; 0
+        if it goes on to open.
+        """
+        step = DIFFERENCE_STEP
+        opening, later = (
+            self._find_opening(time + shift, state + shift * rates(time, state), event)[0]
+            for shift in (0.0, step)
+        )
+        return HOP_SHARE * 2 * opening * step / max(opening - later, 0) if later < opening else 0.0
 
     def _find_share(self, time: float, state: Array) -> float:
         """Return the share of the first row of slopes below which others follow from it, in a
@@ -763,8 +878,18 @@ class Dynamics:
             entry["meaning"] for entry in self.formulas.sidecar["vectors"].get("events_outputs", ())
         ]
 
+    @cached_property
+    def _sign_names(self) -> list[str]:
+        """The names of the events at which normal forces that friction follows from change signs."""
+        return [f"sign of {name}" for name in self._pressing] if self._is_rubbing else []
+
     def _find_passages(
-        self, solver: scipy.integrate.OdeSolver, signs: Array, resolution: float
+        self,
+        solver: scipy.integrate.OdeSolver,
+        signs: Array,
+        resolution: float,
+        names: Sequence[str],
+        share: float,
     ) -> tuple[list[Passage], Array]:
         """Return the events of an integrator's last step by time, and the signs (e,) of their
         values after it.
@@ -774,34 +899,54 @@ class Dynamics:
         """
         state = solver.dense_output()
 
-        def evaluate(times: Array) -> Array:
-            return np.array(
-                list(
-                    self.formulas(
-                        "events", time=times, data=self.data_at(times), state=state(times)
-                    ).values()
-                )
-            )
+        def evaluate_events(times: Array) -> Array:
+            inputs = {"time": times, "data": self.data_at(times), "state": state(times)}
+            return np.array(list(self.formulas("events", **inputs).values()))
 
-        times = np.linspace(solver.t_old, solver.t, EVENT_SAMPLES + 1)
+        def evaluate_forces(times: Array) -> Array:
+            pairs = zip(times, state(times).T, strict=True)
+            return np.array([self.find_normal_forces(*pair, share) for pair in pairs]).T
+
+        rows, kinds = [], [(evaluate_events, EVENT_SAMPLES)] if self.event_names else []
+        if len(names) > len(self.event_names):
+            kinds.append((evaluate_forces, SIGN_SAMPLES))
+        for evaluate, parts in kinds:
+            times = np.linspace(solver.t_old, solver.t, parts + 1)
+            rows += [(evaluate, times, row, values) for row, values in enumerate(evaluate(times))]
         passages, after = [], signs.copy()
-        for index, values in enumerate(evaluate(times)):
+        for index, (evaluate, times, row, values) in enumerate(rows):
 
-            def value(time: float, index: int = index) -> float:
-                return float(evaluate(np.array([time]))[index, 0])
+            def value(
+                time: float, row: int = row, evaluate: Callable[[Array], Array] = evaluate
+            ) -> float:
+                return float(evaluate(np.array([time]))[row, 0])
 
-            for start, end, is_rising in _bracket_sign_changes(
-                value, times, values, float(signs[index])
+            for start, end, is_rising in bracket_sign_changes(
+                value, times, values, float(signs[index]), GAP_TOLERANCE
             ):
                 is_over = start == end or (value(start) > 0) == is_rising  # within the tolerance
                 time = (
                     start if is_over else scipy.optimize.brentq(value, start, end, xtol=resolution)
                 )
-                passages.append(Passage(self.event_names[index], float(time), is_rising))
+                passages.append(Passage(names[index], float(time), is_rising))
+            if names[index] in self.impacts:
+                passages = [p for p in passages if p.event not in self.impacts or not p.rising]
+                self._refuse_closed(solver.t, names[index], values[-1], passages)
             outside = values[np.abs(values) > GAP_TOLERANCE]
             if len(outside):
                 after[index] = np.sign(outside[-1])
         return sorted(passages, key=lambda passage: passage.time), after
+
+    def _refuse_closed(
+        self, time: float, event: str, gap: float, passages: Sequence[Passage]
+    ) -> None:
+        """Raise ComputationError if the gap [m] of an impact is closed without one."""
+        if gap < -PENETRATION and event not in [passage.event for passage in passages]:
+            contact = event.removeprefix("impact of ")
+            raise ComputationError(
+                f"{self.file.name}: at {time:.6g} s the contact {contact} stays closed, which no "
+                f"impact opens; let the motion end before that, or state it by `compliant_contact`"
+            )
 
     def _results(
         self,
@@ -838,6 +983,19 @@ class Dynamics:
         return MotionRun(times, states, accelerations, results, undetermined, tuple(passages))
 
 
+def _add_step(steps: list[MotionStep], step: MotionStep, resolution: float) -> None:
+    """Add a step to those before it; events at its start are those of the end of the last one.
+
+    Within the tolerance of its value an event is told by the step that begins at it.
+    """
+    begun = [passage for passage in step.crossed if passage.time <= step.start + 2 * resolution]
+    if begun and steps:
+        steps[-1] = replace(steps[-1], crossed=[*steps[-1].crossed, *begun])
+    if step.end > step.start + 2 * resolution or not begun:
+        later = [passage for passage in step.crossed if passage not in begun]
+        steps.append(replace(step, crossed=later))
+
+
 class _Pace:
     """Watches the progress of a motion: extreme values make steps so short that it would not
     end.
@@ -863,33 +1021,6 @@ class _Pace:
                 "--until may help"
             )
         return self._count
-
-
-def _bracket_sign_changes(
-    value: Callable[[float], float], times: Array, values: Array, sign: float
-) -> Iterator[tuple[float, float, bool]]:
-    """Yield ends of intervals in which a value changes its sign, and whether it rises.
-
-    `sign` is the sign before the first time, zero if unknown. A value that is back at the next time
-    counts, too.
-    """
-    outside = np.flatnonzero(np.abs(values) > GAP_TOLERANCE)
-    start = times[0]
-    for part in outside:
-        if sign * values[part] < 0:
-            yield start, times[part], bool(values[part] > 0)
-        sign, start = np.sign(values[part]), times[part]
-    sizes, is_positive = np.abs(values), values > 0
-    for at in 1 + np.flatnonzero((sizes[1:-1] < sizes[:-2]) & (sizes[1:-1] < sizes[2:])):
-        if is_positive[at - 1] == is_positive[at] == is_positive[at + 1]:
-            side = 1 if is_positive[at] else -1
-            dip = scipy.optimize.minimize_scalar(
-                lambda time, side=side: side * value(time),
-                bounds=(times[at - 1], times[at + 1]),
-                method="bounded",
-            )
-            if dip.fun < -GAP_TOLERANCE:
-                yield times[at - 1], float(dip.x), side < 0
 
 
 def describe_contradictions(changes: Mapping[str, tuple[float, float]]) -> str:

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import casadi as ca
 import numpy as np
 
-from planter.engine.goal import TIME
 from planter.engine.loops import KinematicLoops
 from planter.engine.machine import (
     PLACES,
@@ -25,6 +24,7 @@ from planter.engine.machine import (
     Vector,
     build_vectors,
 )
+from planter.engine.measures import TIME
 from planter.errors import InputError
 from planter.files import units
 from planter.kernels.formulas import HOISTED, Formulas
@@ -66,8 +66,7 @@ def find_free_motion(source: str, changes: Mapping[str, float]) -> MechanismFile
 
 def load(source: str, changes: Mapping[str, float]) -> Machine:
     """Return the machine of a mechanism's file, driven or free. Raises InputError as the file does."""
-    mechanism = file.load(source, changes)
-    return build_machine(mechanism) if mechanism.is_driven else build_free_machine(mechanism)
+    return build_machine(file.load(source, changes))
 
 
 def describe(source: str, changes: Mapping[str, float]) -> Description:
@@ -103,15 +102,14 @@ def describe(source: str, changes: Mapping[str, float]) -> Description:
 
 
 def build_machine(mechanism: MechanismFile) -> Machine:
-    """Return the machine of a mechanism's file.
+    """Return the machine of a mechanism's file, driven or free.
 
-    Raises InputError if no angle drives it, or for its sensor.
+    Raises InputError for its sensor.
     """
+    if not mechanism.is_driven:
+        return build_free_machine(mechanism)
     formulas = mechanism.model
     sidecar = formulas.sidecar
-    if not mechanism.is_driven:
-        message = f"no angle drives {mechanism.name}; run `planter simulate` for its free motion"
-        raise InputError(f"{mechanism.source}: {message}")
     stages = _stages(formulas)
     names = [value.name for value in _values(formulas)]
     machine = Machine(
@@ -173,23 +171,24 @@ def build_free_machine(
     [s].
 
     `motions` over another span of the same file spare building its functions anew. Its states q are
-    coordinates and rates. Actions that are statically indeterminate are no
-    quantities of it.
+    coordinates and rates, then the signs of normal forces that friction follows from. Actions that
+    are statically indeterminate are no quantities of it.
     """
     from planter.mechanism import motion_response  # with integrators
 
     motions = motion_response.Motions(mechanism, span) if motions is None else motions.over(span)
     model, turn = motions.model, 2 * np.pi
     entries = {q.name: q for q in _quantities(mechanism.model)}
-    determined = [variable.name for variable in model.outputs[: len(model.outputs) - model.events]]
+    determined = {v.name: row for row, v in enumerate(model.outputs) if v.name in entries}
     names = [*motions.dynamics.names, *determined]
     phi, d, h = ca.SX.sym("phi"), ca.SX.sym("d", len(motions.dynamics.data)), ca.SX.sym("h", 0)
-    q = ca.SX.sym("q", len(motions.dynamics.names))
+    count = len(motions.dynamics.names)
+    q = ca.SX.sym("q", count + len(model.start_signs))
     time = phi * span / turn
-    outputs = model.y(time, q, *motions.split(d))
+    outputs = model.y(time, q[:count], *motions.split(d), q[count:])
     inputs, labels = [phi, d, h, q], ["phi", "d", "h", "q"]
-    lane = ca.vertcat(q, outputs[: len(determined)], time)
-    events = outputs[len(determined) :]
+    lane = ca.vertcat(q[:count], outputs[list(determined.values())], time)
+    events = outputs[len(model.outputs) - model.events :]
     return Machine(
         **_describe_design(mechanism),
         build=partial(build_free_machine, span=span),

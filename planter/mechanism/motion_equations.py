@@ -34,6 +34,11 @@ class MotionEquations:
         ]
         self.constraints = [name.removeprefix("speed_") for name in self.outputs("speeds")]
         self.gaps = [name for name in self.constraints if name in self.outputs("gaps")]
+        self.impacts = [
+            name.removeprefix("restitution_")
+            for name in self.outputs("impacts")
+            if name.startswith("restitution_")
+        ]
         self.actions = formulas.entries("actions") if "balances" in self._stages else []
         self.time = ca.SX.sym("time")
         self.data = ca.SX.sym("data", len(self.data_names)) if data is None else data
@@ -93,6 +98,24 @@ class MotionEquations:
         """Gaps (g, 1) that vanish."""
         return self._arrange("gaps", [[c] for c in self.gaps])
 
+    @cached_property
+    def openings(self) -> ca.SX:
+        """Rates (i, 1) [m/s] of the gaps of impacts."""
+        return self._arrange("impacts", [[f"opening_{name}"] for name in self.impacts])
+
+    @cached_property
+    def opening_slopes(self) -> ca.SX:
+        """Slopes (i, k) of these in the rates."""
+        names = self.names[: self.size]
+        return self._arrange(
+            "impacts", [[f"opening_{name}_{a}" for a in names] for name in self.impacts]
+        )
+
+    @cached_property
+    def restitutions(self) -> ca.SX:
+        """Restitutions (i, 1) of impacts."""
+        return self._arrange("impacts", [[f"restitution_{name}"] for name in self.impacts])
+
     @property
     def is_rubbing(self) -> bool:
         """Whether accelerations depend on the sizes: by friction, not by the flank on which rigid
@@ -125,7 +148,8 @@ class MotionEquations:
         places = {name: (i, j) for i, row in enumerate(names) for j, name in enumerate(row)}
         values = self.evaluate(stage)
         for k, name in enumerate(self.outputs(stage)):
-            matrix[places[name]] = values[k]
+            if name in places:
+                matrix[places[name]] = values[k]
         return matrix
 
 

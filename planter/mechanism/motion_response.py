@@ -5,8 +5,9 @@ equations along it,
 
     S' = A S + F,    A = df/dx,  F = df/dp,
 
-by Gauss collocation on the integrator's steps. Where another law begins, at the time t(x, p) at
-which an event e vanishes, S jumps by (f- - f+) dt/dp, with dt/dp = -(e_x S + e_p) / (e_t + e_x f-)
+by Gauss collocation on the integrator's steps. At the time t(x, p) at which an event e vanishes,
+dt/dp = -(e_x S + e_p) / (e_t + e_x f-). Where another law begins there, S jumps by (f- - f+) dt/dp;
+where an impact leads to the state R(t, x, p), it becomes R_x S + R_p + (R_x f- + R_t - f+) dt/dp
 (saltation: Leine and Nijmeijer, Dynamics and Bifurcations of Non-Smooth Mechanical Systems, 2004,
 chapter 7).
 """
@@ -25,7 +26,7 @@ from threadpoolctl import threadpool_limits
 from planter.engine.response import DesignPoint, MachineResponse, add_moving_angles
 from planter.errors import ComputationError
 from planter.kernels import Array, Integers, Kernel
-from planter.mechanism.dynamics import Dynamics, MotionStep
+from planter.mechanism.dynamics import EVENT_SAMPLES, Dynamics, MotionStep, Passage
 from planter.mechanism.file import MechanismFile
 from planter.mechanism.input_history import InputHistory
 from planter.mechanism.state_space.model import DynamicsModel
@@ -42,6 +43,12 @@ AGREEMENT = 1e-6
 """Accelerations of the model and of the integration agree to this share: else a normal force that
 friction follows from has changed its sign, or the constraints are others than at the start.
 """
+TANGENT = 1e-6
+"""Slopes of events over the whole time below this share of the largest value touch zero."""
+MARGIN = 1e-12
+"""Share of the whole time before an event, which is located to that, in which values are still those
+of the arc before it.
+"""
 MOST_MOTIONS = 32
 """Motions that are kept: those of a design and of its neighbours, by which second derivatives
 follow.
@@ -55,7 +62,7 @@ class Motions:
         data = file.data()
         history = InputHistory(values={i: data[i : i + 1] for i in range(len(data))})
         self.dynamics = Dynamics(file, history)
-        self.model, self.span = DynamicsModel(Dynamics(file)), span
+        self.model, self.span = DynamicsModel(Dynamics(file), open_signs=True), span
         names = [entry["name"] for entry in file.entries]
         self.inputs = [names.index(variable.name) for variable in self.model.inputs]
         self.parameters = [names.index(variable.name) for variable in self.model.parameters]
@@ -82,28 +89,33 @@ class Motions:
 
     @cached_property
     def slopes_kernel(self) -> Kernel:
-        """(t, x, d) -> A (2k 2k,), F (2k v,) by all values, column by column, and x' (2k,)."""
-        t, x, d = self._symbols
+        """(t, x, signs, d) -> A (2k 2k,), F (2k v,) by all values, column by column, and x'
+        (2k,).
+        """
+        (t, x, d), signs = self._symbols, self._signs
         u, p = self.split(d)
-        a, b, f = self.model.f_jacobian(t, x, u, p)
+        a, b, f = self.model.f_jacobian(t, x, u, p, signs)
         by_values = ca.SX(x.numel(), d.numel())
         by_values[:, self.inputs], by_values[:, self.parameters] = b, f
-        outputs = [a, by_values, self.model.f(t, x, u, p)[0]]
+        outputs = [a, by_values, self.model.f(t, x, u, p, signs)[0]]
         outputs = ca.cse([ca.densify(ca.vec(part)) for part in outputs])
         function = ca.Function(
-            "motion_slopes", [t, x, d], outputs, ["t", "x", "d"], ["a", "f", "x_dot"]
+            "motion_slopes",
+            [t, x, signs, d],
+            outputs,
+            ["t", "x", "signs", "d"],
+            ["a", "f", "x_dot"],
         )
-        return Kernel(function, ["t", "x"])
+        return Kernel(function, ["t", "x", "signs"])
 
     @cached_property
     def rates_kernel(self) -> Kernel:
-        """(t, x, d) -> x' (2k,)."""
-        t, x, d = self._symbols
-        rates = self.model.f(t, x, *self.split(d))[0]
-        return Kernel(
-            ca.Function("motion_rates", [t, x, d], [ca.densify(rates)], ["t", "x", "d"], ["x_dot"]),
-            ["t", "x"],
-        )
+        """(t, x, signs, d) -> x' (2k,)."""
+        (t, x, d), signs = self._symbols, self._signs
+        rates = ca.densify(self.model.f(t, x, *self.split(d), signs)[0])
+        names = ["t", "x", "signs", "d"]
+        function = ca.Function("motion_rates", [t, x, signs, d], [rates], names, ["x_dot"])
+        return Kernel(function, ["t", "x", "signs"])
 
     @cached_property
     def events_slopes(self) -> ca.Function:
@@ -116,11 +128,29 @@ class Motions:
         return ca.Function("events_slopes", [t, x, d], [slopes])
 
     @cached_property
+    def impulse_slopes(self) -> ca.Function:
+        """(t, x, d, jump (k,), impulses (c + i,)) -> slopes of the balance of impulses of all
+        constraints and impacts, by jump and impulses, and by t, x, d.
+        """
+        graphs, size = self.dynamics.graphs, self.dynamics.size
+        ways = ca.vertcat(graphs.slopes, graphs.opening_slopes)
+        jump, impulses = ca.SX.sym("jump", size), ca.SX.sym("impulses", ways.size1())
+        closing = ca.vertcat(
+            ca.SX(graphs.slopes.size1(), 1), (1 + graphs.restitutions) * graphs.openings
+        )
+        balance = ca.vertcat(graphs.inertia @ jump - ways.T @ impulses, ways @ jump + closing)
+        of_motion = [graphs.time, graphs.state, self.dynamics.history.symbols]
+        unknowns = ca.vertcat(jump, impulses)
+        slopes = [ca.jacobian(balance, v) for v in (unknowns, ca.vertcat(*of_motion))]
+        outputs = list(map(ca.densify, slopes))
+        return ca.Function("impulse_slopes", [*of_motion, jump, impulses], outputs)
+
+    @cached_property
     def constraint_slopes(self) -> ca.Function:
         """(t, x, d) -> slopes (c, 2k + v) of gaps and speeds that the constraints keep zero."""
         t, x, d = self._symbols
         u, p = self.split(d)
-        values = self.model.constraint_values(t, x, u, p)
+        values = self.model.constraint_values(t, x, u, p, self.model.start_signs)
         return ca.Function(
             "constraints", [t, x, d], [ca.densify(ca.jacobian(values, ca.vertcat(x, d)))]
         )
@@ -131,6 +161,10 @@ class Motions:
         d = self._symbols[2]
         start = self.dynamics.formulas.function("start")(d)
         return ca.Function("start_slopes", [d], [ca.densify(ca.jacobian(start, d))])
+
+    @cached_property
+    def _signs(self) -> ca.SX:
+        return ca.SX.sym("signs", len(self.model.start_signs))
 
     @cached_property
     def _symbols(self) -> tuple[ca.SX, ca.SX, ca.SX]:
@@ -159,6 +193,17 @@ class SensitiveMotion:
         changes = [bool(step.crossed) for step in self.steps]
         self.arcs = np.concatenate([[0], np.cumsum(changes[:-1])]).astype(np.int64)
 
+    @cached_property
+    def spans(self) -> list[tuple[float, float]]:
+        """First and last times [s] of the arcs between events, without what is undecided there."""
+        margin, spans = MARGIN * self.motions.span, []
+        for arc in range(1 + self.arcs[-1]):
+            steps = np.flatnonzero(self.arcs == arc)
+            start, last = self.starts[steps[0]], self.steps[steps[-1]]
+            end = min([passage.time - margin for passage in last.crossed], default=last.end)
+            spans.append((start + (margin if arc else 0.0), end))
+        return spans
+
     def place(self, times: Array, arcs: Integers | None = None) -> Integers:
         """Return the steps (n,) in which times lie, those of given arcs between events if any are
         given.
@@ -171,6 +216,17 @@ class SensitiveMotion:
         first = np.searchsorted(self.arcs, arcs, side="left")
         last = np.searchsorted(self.arcs, arcs, side="right") - 1
         return np.clip(steps, np.minimum(first, len(self.steps) - 1), np.maximum(last, 0))
+
+    @cached_property
+    def signs(self) -> Array:
+        """Signs (f, s) of the normal forces that friction follows from, of each step."""
+        if not len(self.motions.model.start_signs):
+            return np.empty((0, len(self.steps)))
+        middles = self.starts + self.lengths / 2
+        states = self.states(middles, np.arange(len(self.steps)))
+        pairs = zip(middles, states.T, strict=True)
+        forces = [self.dynamics.find_normal_forces(time, state) for time, state in pairs]
+        return np.copysign(1.0, np.array(forces).T)
 
     def states(self, times: Array, steps: Integers) -> Array:
         """Return states (2k, n) at times in given steps."""
@@ -195,7 +251,8 @@ class SensitiveMotion:
         size, count = 2 * self.dynamics.size, len(self.steps)
         times = (self.starts[:, None] + self.lengths[:, None] * NODES).ravel()
         states = self.states(times, np.repeat(np.arange(count), STAGES))
-        parts = self.motions.slopes_kernel(t=times, x=states, d=self.d)
+        signs = np.repeat(self.signs, STAGES, axis=1)
+        parts = self.motions.slopes_kernel(t=times, x=states, signs=signs, d=self.d)
         a = parts["a"].T.reshape(count, STAGES, size, size).transpose(0, 1, 3, 2)
         by_values = parts["f"].T.reshape(count, STAGES, len(self.d), size)
         f = by_values[:, :, self.moved].transpose(0, 1, 3, 2)
@@ -225,8 +282,8 @@ class SensitiveMotion:
             moved = self.dynamics.accelerations(time, state)[0]
             if np.abs(moved - modelled).max() > AGREEMENT * (1.0 + np.abs(moved).max()):
                 raise ComputationError(
-                    f"{self.dynamics.file.name}: at {time:.6g} s a normal force of friction changes "
-                    f"its sign, or the constraints change their rank: there is no derivative"
+                    f"{self.dynamics.file.name}: at {time:.6g} s the constraints change their rank, "
+                    f"or normal forces of friction their signs twice at once: there is no derivative"
                 )
 
     def _find_start_slopes(self) -> Array:
@@ -250,24 +307,63 @@ class SensitiveMotion:
 
     def _jump(self, step: MotionStep, slopes: Array) -> Array:
         """Return the derivatives (2k, p) after the events at the end of a step."""
-        names = self.dynamics.event_names
+        dynamics, names = self.dynamics, self.dynamics.event_names
         for passage in step.crossed:
+            if passage.event not in names:  # a sign of a normal force: rates do not jump
+                continue
+            is_impact = passage.event in dynamics.impacts
             margin = 4 * abs(step.end - passage.time) + 1e-12 * self.motions.span
-            times = passage.time + np.array([-margin, margin])
+            times = passage.time + np.array([-margin, 0.0 if is_impact else margin])
             before, after = step.states(times).T
+            reset = np.eye(len(before), 1 + len(before) + len(self.d), 1)
+            if is_impact:
+                after, reset = self._reset(passage, after)
             rates = [
-                np.concatenate(
-                    [state[self.dynamics.size :], self.dynamics.accelerations(time, state)[0]]
-                )
+                np.concatenate([state[dynamics.size :], dynamics.accelerations(time, state)[0]])
                 for time, state in zip(times, (before, after), strict=True)
             ]
             by_all = np.array(self.motions.events_slopes(passage.time, before, self.d))
             row = by_all[names.index(passage.event)]
-            by_state, by_values = row[1 : 1 + len(before)], row[1 + len(before) :][self.moved]
-            rise = row[0] + by_state @ rates[0]
+            by_time, by_state, by_values = self._split(row)
+            rise = by_time + by_state @ rates[0]
+            size = self._event_sizes[names.index(passage.event)]
+            if abs(rise) * self.motions.span <= TANGENT * size:
+                raise ComputationError(
+                    f"{dynamics.file.name}: {passage.event} is only touched at {passage.time:.6g} s: "
+                    f"there is no derivative"
+                )
             moved = -(by_state @ slopes + by_values) / rise
-            slopes = slopes + np.outer(rates[0] - rates[1], moved)
+            by_time, by_state, by_values = self._split(reset)
+            change = by_state @ rates[0] + by_time - rates[1]
+            slopes = by_state @ slopes + by_values + np.outer(change, moved)
         return slopes
+
+    @cached_property
+    def _event_sizes(self) -> Array:
+        """Largest sizes (e,) of the events' values at the beginnings of steps."""
+        states = self.states(self.starts, np.arange(len(self.steps)))
+        data = self.dynamics.data_at(self.starts)
+        values = self.dynamics.formulas("events", time=self.starts, data=data, state=states)
+        return np.abs(list(values.values())).max(axis=1)
+
+    def _split(self, slopes: Array) -> tuple[Array, Array, Array]:
+        """Return the parts by time, by state and by moved values of slopes (..., 1 + 2k + v)."""
+        count = 2 * self.dynamics.size
+        by_values = slopes[..., 1 + count :][..., self.moved]
+        return slopes[..., 0], slopes[..., 1 : 1 + count], by_values
+
+    def _reset(self, passage: Passage, state: Array) -> tuple[Array, Array]:
+        """Return the state (2k,) after an impact, and its derivatives (2k, 1 + 2k + v) by time,
+        state before it, and values, by the implicit function theorem on the balance of impulses.
+        """
+        size, reset = len(state) // 2, np.eye(len(state), 1 + len(state) + len(self.d), 1)
+        jump, impulses = self.dynamics.find_impulses(passage.time, state, passage.event)
+        arguments = passage.time, state, self.d, jump, impulses
+        by_unknowns, by_all = map(np.array, self.motions.impulse_slopes(*arguments))
+        chosen = np.concatenate([np.arange(size), size + np.flatnonzero(impulses)])
+        solved = np.linalg.solve(by_unknowns[np.ix_(chosen, chosen)], by_all[chosen])
+        reset[size:] -= solved[:size]
+        return np.concatenate([state[:size], state[size:] + jump]), reset
 
     def _project(self, step: MotionStep, slopes: Array) -> Array:
         """Return the derivatives (2k, p) on the constraints at the end of a step."""
@@ -385,6 +481,32 @@ class MotionResponse(MachineResponse):
         hessians = self.curvatures(point, phi, weights)
         return add_moving_angles(hessians[:, 1:, 1:].sum(axis=0), hessians, angle_slopes)
 
+    def list_pieces(self, point: DesignPoint, first: float, last: float) -> list[Array]:
+        """Return the samples (n,) of each arc between events, from the first to the last angle."""
+        motion = self.motions.find(point.d, self.machine.moved)
+        ends = np.array([first, last]) * self._pace
+        shares = np.linspace(0.0, 1.0, EVENT_SAMPLES, endpoint=False)
+        times = motion.starts[:, None] + motion.lengths[:, None] * shares
+        pieces = []
+        for arc, (start, end) in enumerate(motion.spans):
+            low, high = max(start, ends[0]), min(end, ends[1])
+            inner = times[motion.arcs == arc].ravel()
+            inner = inner[(inner > low) & (inner < high)]
+            if low < high:
+                pieces.append(np.concatenate([[low], inner, [high]]) / self._pace)
+        return pieces
+
+    def list_passages(self, point: DesignPoint) -> list[tuple[str, float]]:
+        """Return the names of events with their angles, which lie in the arcs before them."""
+        motion = self.motions.find(point.d, self.machine.moved)
+        margin = MARGIN * self.motions.span
+        return [
+            (passage.event, (passage.time - margin) / self._pace)
+            for step in motion.steps
+            for passage in step.crossed
+            if passage.event in motion.dynamics.event_names
+        ]
+
     def compile(self) -> None:
         """Compile the values and their slopes."""
         for kernel in (self.values_kernel, self.state_slopes_kernel, self.motions.slopes_kernel):
@@ -412,11 +534,13 @@ class MotionResponse(MachineResponse):
         by states (m, 2k, n) and moved values (m, p, n), and where that is.
         """
         result, at = self._evaluate_at(self.state_slopes_kernel, point, phi, is_loose, arcs)
-        states = self.machine.states
-        shape = len(self.quantities), 1 + states + len(self.machine.moved), len(at.times)
+        states, symbols = len(at.states), self.machine.states
+        shape = len(self.quantities), 1 + symbols + len(self.machine.moved), len(at.times)
         slopes = result["slopes"].reshape(shape)
-        by_phi, by_state, by_design = np.split(slopes, [1, 1 + states], axis=1)
-        rates = self.motions.rates_kernel(t=at.times, x=at.states, d=point.d)["x_dot"]
+        by_phi, by_state, _, by_design = np.split(slopes, [1, 1 + states, 1 + symbols], axis=1)
+        signs = at.motion.signs[:, at.steps]
+        now = self.motions.rates_kernel(t=at.times, x=at.states, signs=signs, d=point.d)
+        rates = now["x_dot"]
         first = by_phi[:, 0] + np.einsum("mkn,kn->mn", by_state, rates * self._pace)
         return result["rows"], first, by_state, by_design, at
 
@@ -435,7 +559,8 @@ class MotionResponse(MachineResponse):
             (lambda **inputs: kernel.masked(**inputs)[0]) if is_loose else kernel
         )
         states = motion.states(times, steps)
-        result = call(phi=times / self._pace, d=point.d, h=point.h, q=states)
+        q = np.vstack([states, motion.signs[:, steps]])
+        result = call(phi=times / self._pace, d=point.d, h=point.h, q=q)
         return result, _Sampled(motion, times, steps, states)
 
     @cached_property

@@ -44,6 +44,7 @@ from planter.engine.wording import describe_measure, describe_sum
 from planter.errors import InputError
 from planter.kernels import Array
 from planter.mechanism.model import require_repeating
+from planter.mechanism.motion import MechanismMotion
 from planter.mechanism.results import (
     FrontDesign,
     LimitResult,
@@ -307,6 +308,13 @@ def evaluate_limits(machine: Machine, changing: Collection[str] = ()) -> list[Li
         averaged = limit.measure.kind in AVERAGES and is_changing
         results.append(replace(result, value=None, active=False, met=False) if averaged else result)
     return results
+
+
+def judge_motion(motion: MechanismMotion, machine: Machine) -> MechanismMotion:
+    """Return a motion with the limits of its machine's file. Raises as `evaluate_limits`."""
+    holds = evaluate_limits(machine)
+    met = all(hold.met for hold in holds)
+    return replace(motion, result=replace(motion.result, holds=holds, met=met))
 
 
 def list_limit_checks(machine: Machine, results: Sequence[LimitResult]) -> list[RequirementCheck]:

@@ -209,23 +209,35 @@ def _conclude_cycle(result: MechanismCycleResult) -> str:
 
 def _list_cycle_figures(result: MechanismCycleResult) -> Iterator[KeyFigure]:
     """Yield the largest sizes of a torque, a force and a power, or of what there is."""
-    peaks = [] if result.designer is None else result.designer.peaks
-    by_unit = {
-        unit: [peak for peak in peaks if peak.unit == unit]
-        for unit in dict.fromkeys(p.unit for p in peaks)
-    }
+    extremes = []
+    for peak in [] if result.designer is None else result.designer.peaks:
+        ends = (peak.max, peak.max_phi_deg), (peak.min, peak.min_phi_deg)
+        value, angle = max(ends, key=lambda pair: abs(pair[0]))
+        words = f"{peak.name}, {peak.meaning}, largest in size, at {angle:.4g} deg"
+        extremes.append((peak.unit, value, words))
+    yield from _list_largest(extremes)
+
+
+def _list_motion_figures(motion: MechanismMotion) -> Iterator[KeyFigure]:
+    """Yield the largest sizes of a torque, a force and a power over a motion, or of what there is."""
+    extremes = []
+    for key, column in motion.columns.items():
+        largest = int(np.abs(column).argmax())
+        words = f"{format_name(key)}, {motion.meanings[key]}, largest in size, at "
+        words += f"{motion.times[largest]:.4g} s"
+        extremes.append((motion.result.quantities[key].unit, float(column[largest]), words))
+    yield from _list_largest(extremes)
+
+
+def _list_largest(extremes: Sequence[tuple[str, float, str]]) -> Iterator[KeyFigure]:
+    """Yield the largest of extremes, units with values and words, in each unit."""
+    by_unit: dict[str, list[tuple[float, str]]] = {}
+    for unit, value, words in extremes:
+        by_unit.setdefault(unit, []).append((value, words))
     order = sorted(by_unit, key=lambda unit: (*UNITS_FIRST, unit).index(unit))
     for unit in order[:MOST_KEY_FIGURES]:
-        peak = max(by_unit[unit], key=lambda peak: max(abs(peak.max), abs(peak.min)))
-        value, angle = max(
-            (peak.max, peak.max_phi_deg),
-            (peak.min, peak.min_phi_deg),
-            key=lambda pair: abs(pair[0]),
-        )
-        number = f"{value:.4g}".replace("-", "\N{MINUS SIGN}")
-        yield KeyFigure(
-            number, unit, f"{peak.name}, {peak.meaning}, largest in size, at {angle:.4g} deg"
-        )
+        value, words = max(by_unit[unit], key=lambda pair: abs(pair[0]))
+        yield KeyFigure(f"{value:.4g}".replace("-", "\N{MINUS SIGN}"), unit, words)
 
 
 def _conclude_optimum(result: MechanismOptimumResult) -> str:
@@ -294,8 +306,18 @@ def present_motion(motion: MechanismMotion, file: MechanismFile) -> ResultPresen
     """Return the presentation of a free motion: quantities, energy, constraints, equilibrium."""
     result = motion.result
     title = f"Motion of {file.name} until {result.until_s:g} s"
-    parts = _draw_motion(title, lambda: motion)
-    return _present(describe_file(file), title, result, _list_motion_sections(motion), **parts)
+    violated = [limit.limit_on for limit in result.holds or () if not limit.met]
+    conclusion = describe_violations(violated, len(result.holds), "limit") if result.holds else ""
+    sections = [*_list_motion_sections(motion), *list_limit_sections(result.holds or ())]
+    return _present(
+        describe_file(file),
+        title,
+        result,
+        sections,
+        conclusion=conclusion,
+        key_figures=list(_list_motion_figures(motion)),
+        **_draw_motion(title, lambda: motion),
+    )
 
 
 SEPARATION_NAMES = {

@@ -169,7 +169,8 @@ class MotionResult(Record):
     sets holds, or what it names to hold, and the others follow; if set values contradict the
     constraints, the nearest state by inertia is used. `dependent_constraints` follow from one
     another, of which `redundant_constraints` are redundant; `undetermined_actions` are statically
-    indeterminate reactions.
+    indeterminate reactions. `holds` are the limits of the file over their own times, if it has any,
+    and `met` says whether all of them are satisfied; null with values over time.
     """
 
     machine: str
@@ -183,6 +184,8 @@ class MotionResult(Record):
     events: list[MotionEvent]
     equilibrium: dict[str, float] | None = None
     eigenvalues_per_s: list[tuple[float, float]] | None = None
+    holds: list[LimitResult] | None = None
+    met: bool | None = None
 
 
 @dataclass(frozen=True)

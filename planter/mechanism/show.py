@@ -7,6 +7,7 @@ from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
+from planter.errors import InputError
 from planter.measured.section import SECTION
 from planter.measured.sensor_view import describe_sensor_inputs, find_sensor_view
 from planter.report.subject import (
@@ -193,7 +194,16 @@ def build_scene(thing: object) -> Scene | None:
 
 
 def open_view(source: str, changes: Values) -> MechanismView:
-    """Return the mechanism in a file."""
+    """Return the mechanism in a file.
+
+    Raises InputError if no angle drives it: what is shown is a cycle, which ends as it begins.
+    """
     from planter.mechanism.file import load
 
-    return MechanismView(load(source, changes))
+    file = load(source, changes)
+    if not file.is_driven:
+        raise InputError(
+            f"{source}: no angle drives {file.name}, and a cycle is shown, which ends as it "
+            f"begins; `planter simulate {file.name} --until S --out DIR` shows its motion"
+        )
+    return MechanismView(file)

@@ -413,7 +413,9 @@ def _show_motion(
     """Integrate a free motion, print it, and write it into a folder if one is named."""
     from planter.mechanism.dynamics import Dynamics
     from planter.mechanism.input_history import read_history
+    from planter.mechanism.machines import build_free_machine
     from planter.mechanism.motion import compute_motion
+    from planter.mechanism.optimisation import judge_motion
     from planter.mechanism.presentation import present_motion
 
     history = None if input_ is None else read_history(input_, file)
@@ -425,6 +427,10 @@ def _show_motion(
         stiff=options.stiff,
         **single,
     )
+    if file.measure_limits and history is None:
+        motion = judge_motion(motion, build_free_machine(file))
+    elif file.measure_limits:
+        console.say("limits are not judged: those of the file are on its motion without --input")
     if single["minimum_norm"] and not motion.result.undetermined_actions:
         console.say("--least-squares adds nothing: no reaction is statically indeterminate")
     present_motion(motion, file).show(console, out)

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class MechanismSweepAdapter(MachineAdapter):
-    """Mechanisms that an angle drives."""
+    """Mechanisms, driven or free."""
 
     def frozen(self, machine: MechanismFile) -> dict[str, Any]:
         """Return its table, its source and the folder of its functions."""

@@ -4,11 +4,12 @@ crossings in a cycle.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
+import scipy
 
 from planter.errors import ComputationError
 from planter.kernels import Array, Flags, Integers
@@ -333,3 +334,30 @@ def _fold(angles: Array, rows: Integers, cycle: float) -> tuple[Array, Integers]
     new = (np.diff(angles, prepend=-np.inf) > outside) | (np.diff(rows, prepend=-1) != 0)
     order = np.argsort(angles[new], kind="stable")
     return angles[new][order], rows[new][order]
+
+
+def bracket_sign_changes(
+    value: Callable[[float], float], times: Array, values: Array, sign: float, tolerance: float
+) -> Iterator[tuple[float, float, bool]]:
+    """Yield ends of intervals in which a value changes its sign, and whether it rises.
+
+    `sign` is the sign before the first time, zero if unknown; a value within the tolerance has none.
+    A value that is back at the next time counts, too.
+    """
+    outside = np.flatnonzero(np.abs(values) > tolerance)
+    start = times[0]
+    for part in outside:
+        if sign * values[part] < 0:
+            yield start, times[part], bool(values[part] > 0)
+        sign, start = np.sign(values[part]), times[part]
+    sizes, is_positive = np.abs(values), values > 0
+    for at in 1 + np.flatnonzero((sizes[1:-1] < sizes[:-2]) & (sizes[1:-1] < sizes[2:])):
+        if is_positive[at - 1] == is_positive[at] == is_positive[at + 1]:
+            side = 1 if is_positive[at] else -1
+            dip = scipy.optimize.minimize_scalar(
+                lambda time, side=side: side * value(time),
+                bounds=(times[at - 1], times[at + 1]),
+                method="bounded",
+            )
+            if dip.fun < -tolerance:
+                yield times[at - 1], float(dip.x), side < 0

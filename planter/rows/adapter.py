@@ -13,7 +13,7 @@ from types import ModuleType
 from typing import Any
 
 from planter import paths
-from planter.engine.goal import Goal, resolve_limit, resolve_measure
+from planter.engine.goal import Goal, extend_span, resolve_limit, resolve_measure
 from planter.engine.limits import MeasureLimits
 from planter.engine.machine import Machine
 from planter.engine.measures import Limit, Measure, parse_distance, parse_limit, parse_sum
@@ -22,6 +22,7 @@ from planter.engine.outputs import (
     find_output,
     list_default_outputs,
     list_outputs,
+    name_example,
 )
 from planter.errors import InputError
 from planter.files.document import Document
@@ -138,6 +139,7 @@ class MachineAdapter:
         if settings.sum_text is not None:
             terms = [resolve_measure(built, measure) for measure in parse_sum(settings.sum_text)]
         limits = [*limits, *(resolve_limit(built, parse_limit(text)) for text in settings.holds)]
+        built = extend_span(built, [*terms, *(limit.measure for limit in limits)])
         if not terms or not built.moved:
             if not settings.is_stated:
                 return None
@@ -223,7 +225,8 @@ class ResolvedMachine:
         names = names or self.adapter.default_outputs(self.machine)
         if not names:
             raise InputError(
-                f"{label} is missing: name at least one output; {_hint((), 'outputs')}"
+                f"{label} is missing: name at least one output, such as "
+                f"{name_example(self.built)}; {_hint((), 'outputs')}"
             )
         return [self.describe_output(name, label)[0] for name in names]
 
@@ -231,7 +234,7 @@ class ResolvedMachine:
         """Return the full name and the meaning of an output, which may be an expression in the
         language of measures. Raises InputError as `path`.
         """
-        if " " in name:
+        if " " in name or self.built.motion is not None:
             output = find_output(self.built, name, label)
             return output.name, output.meaning
         full = find_full_name(name, self.outputs, f"{label}: {name}", "outputs")

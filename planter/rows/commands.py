@@ -159,24 +159,34 @@ def tolerance(
         ),
     ] = None,
     samples: Annotated[
-        int, typer.Option(min=100, max=100_000_000, help="number of random machines")
-    ] = 100_000,
+        int | None,
+        typer.Option(
+            min=100,
+            max=100_000_000,
+            help="number of random machines [default: 100000; 2000 of what moves freely]",
+            show_default=False,
+        ),
+    ] = None,
     indices: Annotated[
-        int,
+        int | None,
         typer.Option(
             min=0,
             max=2**20,
-            help="number of points of the Sobol' indices, a power of 2; 0: no indices",
+            help="number of points of the Sobol' indices, a power of 2; 0: no indices [default: "
+            "2048; 128 of what moves freely]",
+            show_default=False,
         ),
-    ] = 2048,
+    ] = None,
     halved: Annotated[
-        int,
+        int | None,
         typer.Option(
             min=0,
             max=100_000,
-            help="number of machines to see what half of each tolerance would buy; 0: do not",
+            help="number of machines to see what half of each tolerance would buy; 0: do not "
+            "[default: 512; 64 of what moves freely]",
+            show_default=False,
         ),
-    ] = 512,
+    ] = None,
     robust: Annotated[
         bool, typer.Option("--robust/--no-robust", help="also find the robust design")
     ] = True,
@@ -203,6 +213,7 @@ def tolerance(
             Tolerances,
             analyse_tolerances,
             default_tolerances,
+            list_counts,
         )
         from planter.rows.tolerance_presentation import present_tolerance
         from planter.task import Means
@@ -210,14 +221,15 @@ def tolerance(
         if not robust:
             refuse_unused("with --no-robust", "--sigmas")
         resolved = ResolvedMachine(machine, parse_changes(set_))
-        ranges = read_ranges("--vary", vary or ())
-        settings = Settings(
-            sigmas, seed=seed, sum_text=least, holds=tuple(hold or ()), ranges=ranges
-        )
+        defaults, machines = list_counts(resolved)
+        ranges, holds = read_ranges("--vary", vary or ()), tuple(hold or ())
+        settings = Settings(sigmas, machines, seed=seed, sum_text=least, holds=holds, ranges=ranges)
         if settings.is_stated and not robust:
             raise InputError("--least, --hold and --vary set the robust design; remove --no-robust")
+        counts = dict(zip(("rows", "base", "halved"), (samples, indices, halved), strict=True))
+        stated = {name: count for name, count in counts.items() if count is not None}
         request = ToleranceRequest(
-            output or (), samples, indices, seed, halved, settings if robust else None
+            output or (), seed=seed, robust=settings if robust else None, **defaults | stated
         )
         limits = default_tolerances(resolved) if tolerances is None else Tolerances.load(tolerances)
         source = str(tolerances) if tolerances is not None else f"{machine}: default tolerances"

@@ -117,7 +117,8 @@ class RobustFound(Record):
     `machines` random machines.
 
     `objective` is that sum, `own_objective` that of the design of the file; all objectives are
-    evaluated at `samples` angles of a cycle. `starts` local searches were made.
+    evaluated at `samples` angles of a cycle, null of what moves freely, whose extremes are true.
+    `starts` local searches were made.
     """
 
     design: dict[str, float]
@@ -125,7 +126,7 @@ class RobustFound(Record):
     mean: float
     std: float
     own_objective: float
-    samples: int
+    samples: int | None
     sigmas: float
     machines: int
     starts: int

@@ -176,7 +176,7 @@ def find_robust(robust: RobustGoal, settings: Settings, progress: Listener | Non
         mean=at.mean,
         std=at.std,
         own_objective=robust.value(robust.design, settings.sigmas)[0],
-        samples=robust.samples,
+        samples=robust.samples if robust.machine.motion is None else None,
         sigmas=settings.sigmas,
         machines=settings.machines,
         starts=len(starts),

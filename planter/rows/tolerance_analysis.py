@@ -267,6 +267,19 @@ ROWS, BASE, HALVED = 100_000, 2048, 512
 """Default numbers of random machines, of points of the Sobol' indices, and of machines with halved
 tolerances.
 """
+MOVING = {"rows": 2000, "base": 128, "halved": 64}
+"""These of what moves freely, each of which is integrated: some hundredths of a second a machine."""
+ROBUST, MOVING_ROBUST = 128, 32
+"""Default numbers of machines of a robust design."""
+
+
+def list_counts(resolved: ResolvedMachine) -> tuple[dict[str, int], int]:
+    """Return the default numbers of a machine, as `ToleranceRequest` names them, and that of the
+    machines of its robust design.
+    """
+    if resolved.built.motion is not None:
+        return MOVING, MOVING_ROBUST
+    return {"rows": ROWS, "base": BASE, "halved": HALVED}, ROBUST
 
 
 class ToleranceJob:

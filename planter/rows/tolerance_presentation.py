@@ -133,27 +133,30 @@ def draw_indices(sobol: Mapping[str, Mapping[str, Share]], meanings: Mapping[str
 
 
 @style.with_style
-def draw_cycle(phi_deg: Array, end: float, key: str, rows: Array, nominal: Array) -> Figure:
-    """Draw a quantity (m, n) over a cycle that ends at an angle [deg]: nominal, median and the 5 to 95 % band of the
-    machines.
+def draw_cycle(
+    places: Array, end: float, label: str, key: str, rows: Array, nominal: Array
+) -> Figure:
+    """Draw a quantity (m, n) at angles [deg] of a cycle, or times [s] of a motion, with its end:
+    nominal, median and the 5 to 95 % band of the machines.
     """
     figure = style.new_figure(2.6)
     axes = figure.subplots()
     low, middle, high = np.percentile(rows, (5, 50, 95), axis=0)
-    axes.fill_between(
-        phi_deg, low, high, color=style.SKY, alpha=0.5, linewidth=0, label="5 to 95 %"
-    )
-    axes.plot(phi_deg, middle, color=style.BLUE, linewidth=0.9, label="median")
-    axes.plot(phi_deg, nominal, color=style.INK, linewidth=0.9, linestyle="--", label="nominal")
+    axes.fill_between(places, low, high, color=style.SKY, alpha=0.5, linewidth=0, label="5 to 95 %")
+    axes.plot(places, middle, color=style.BLUE, linewidth=0.9, label="median")
+    axes.plot(places, nominal, color=style.INK, linewidth=0.9, linestyle="--", label="nominal")
     style.over_a_turn(axes, label=False, end=end)
-    axes.set_xlabel("angle of the drive / deg")
+    axes.set_xlabel(label)
     axes.set_ylabel(format_label(key))
     style.add_legend(figure, axes, 3)
     return figure
 
 
-MACHINES, MOST_CYCLES = 500, 3
-"""Number of machines of the bands over a cycle, and maximum number of quantities that have them."""
+MACHINES, MOTIONS, MOST_CYCLES = 500, 100, 3
+"""Numbers of machines of the bands over a cycle, and over a motion, and maximum number of quantities
+that have them.
+"""
+ANGLE_LABEL = "angle of the drive / deg"
 LARGEST = 3
 """Maximum number of inputs of an output in a table."""
 
@@ -183,7 +186,10 @@ def present_tolerance(analysis: ToleranceAnalysis) -> ResultPresentation:
         meanings=resolved.inputs,
         figures=lambda: dict(_draw(analysis)),
         captions={"outputs": "Distributions of the outputs.", "indices": "Sobol' indices."}
-        | {f"turn-{key}": f"Bands of {MACHINES} machines." for key in _list_cycles(analysis)},
+        | {
+            f"turn-{key}": f"Bands of {_count_machines(analysis)} machines."
+            for key in _list_cycles(analysis)
+        },
         details=partial(_list_details, analysis),
         texts=lambda: {"tolerances.toml": format_tolerances(result)},
         provenance=files.list_provenance(resolved.machine, result.seed),
@@ -316,7 +322,7 @@ def _describe_robust(result: RobustFound) -> Iterator[Block]:
             "standard deviation": result.std,
             f"{total} of the file's design": result.own_objective,
             "machines": result.machines,
-            "samples of a cycle": result.samples,
+            "samples of a cycle": result.samples or "none: true extremes and integrals",
             "starts": result.starts,
         }
     )
@@ -347,6 +353,11 @@ def _list_cycles(analysis: ToleranceAnalysis) -> list[str]:
     return list(keys)[:MOST_CYCLES]
 
 
+def _count_machines(analysis: ToleranceAnalysis) -> int:
+    """Return the number of machines of the bands over a cycle."""
+    return MACHINES if analysis.case.subject.machine.motion is None else MOTIONS
+
+
 def _draw(analysis: ToleranceAnalysis) -> Iterator[tuple[str, Figure]]:
     case, result = analysis.case, analysis.result
     yield "outputs", draw_distributions(result.outputs, analysis.rows, _list_meanings(analysis))
@@ -354,9 +365,13 @@ def _draw(analysis: ToleranceAnalysis) -> Iterator[tuple[str, Figure]]:
         yield "indices", draw_indices(result.sobol, _list_meanings(analysis))
     if not (keys := _list_cycles(analysis)):
         return
-    points = draw_points(list(case.spreads.values()), MACHINES, result.seed).block(0, MACHINES)
+    count = _count_machines(analysis)
+    points = draw_points(list(case.spreads.values()), count, result.seed).block(0, count)
     subject = case.subject
     cycles, nominal = subject.curves(keys, points), subject.curves(keys, case.centre[None])
-    end = float(np.degrees(subject.machine.turn))
+    place, end, label = "phi_deg", float(np.degrees(subject.machine.turn)), ANGLE_LABEL
+    if (motion := subject.machine.motion) is not None:
+        place, end, label = "t_s", motion.span, "time / s"
     for key in keys:
-        yield f"turn-{key}", draw_cycle(cycles["phi_deg"], end, key, cycles[key], nominal[key][0])
+        figure = draw_cycle(cycles[place], end, label, key, cycles[key], nominal[key][0])
+        yield f"turn-{key}", figure

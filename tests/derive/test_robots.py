@@ -236,6 +236,56 @@ def test_robots_of_many_axes_move_as_pinocchio_says(name: str) -> None:
         np.testing.assert_allclose(accelerations, expected, atol=1e-13 * np.abs(expected).max())
 
 
+GRIPPER = """<link name="hand"><inertial><origin xyz="0 0.01 0.04" rpy="0.1 0 0.2"/>
+ <mass value="0.7"/><inertia ixx="0.002" ixy="0" ixz="0.0001" iyy="0.001" iyz="0" izz="0.0015"/>
+ </inertial></link>
+ <joint name="flange" type="fixed"><parent link="link6"/><child link="hand"/>
+  <origin xyz="0 0 0.107" rpy="0 0 -0.785"/></joint>
+ FINGERS
+ </robot>"""
+FINGER = """<link name="finger{n}"><inertial><origin xyz="0 {side}0.02 0.02"/><mass value="0.06"/>
+ <inertia ixx="0.0001" ixy="0" ixz="0" iyy="0.0001" iyz="0" izz="0.00005"/></inertial></link>
+ <joint name="finger_joint{n}" type="prismatic"><parent link="hand"/><child link="finger{n}"/>
+  <origin xyz="0 0 0.06"/><axis xyz="0 {side}1 0"/>
+  <limit lower="0" upper="0.04" effort="20" velocity="0.2"/>{more}</joint>"""
+
+
+def write_gripper() -> Path:
+    """Seven axes with damping and friction, a hand that is fixed, fingers that move alike."""
+    path = write_chain("seven axes")
+    text = path.read_text(encoding="utf-8")
+    rubbing = '<dynamics damping="0.4" friction="0.3"/></joint>'
+    text = text.replace("</joint>", rubbing)
+    sliding = '<dynamics damping="5"/>'
+    following = '<mimic joint="finger_joint1"/>'
+    fingers = FINGER.format(n=1, side="", more=sliding)
+    fingers += FINGER.format(n=2, side="-", more=following)
+    text = text.replace("</robot>", GRIPPER.replace("FINGERS", fingers))
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def test_damped_arm_with_a_gripper_moves_as_pinocchio_says() -> None:
+    pin = pytest.importorskip("pinocchio")
+    path = write_gripper()
+    subject, tree = load_model(path), pin.buildModelFromUrdf(str(path), mimic=True)
+    data, rng, count = tree.createData(), np.random.default_rng(1), 8
+    assert len(subject.states) == 2 * count
+    damping = np.array([*7 * [0.4], 5.0])
+    friction = np.array([*7 * [0.3], 0.0])
+    for _ in range(20):
+        q, rates, efforts = (rng.uniform(-1, 1, count) for _ in range(3))
+        inertia = pin.crba(tree, data, q)
+        inertia = np.triu(inertia) + np.triu(inertia, 1).T
+        drag = damping * rates + friction * rates / np.hypot(rates, 0.01)
+        loads = efforts - drag - pin.nonLinearEffects(tree, data, q, rates)
+        expected = np.linalg.solve(inertia, loads)
+        accelerations = subject.rates(0.0, np.concatenate([q, rates]), efforts)[count:]
+        np.testing.assert_allclose(accelerations, expected, atol=1e-13 * np.abs(expected).max())
+        free = np.linalg.solve(inertia, loads + drag)
+        assert np.abs(accelerations - free).max() > 1e-3
+
+
 def test_joint_that_follows_another_moves_as_pinocchio_says() -> None:
     """Its coordinate moves two links, so that articulated inertias would be wrong."""
     pin = pytest.importorskip("pinocchio")
@@ -268,7 +318,18 @@ def test_joint_that_follows_another_moves_as_pinocchio_says() -> None:
         (('xyz="1.2 0 1.6"', 'xyz="0 0 0"'), "elbow"),
         (('value="2.5"', 'value="heavy"'), "upper"),
         (('<child link="rod"/>', '<child link="fore"/>'), "tree"),
-        (('mimic joint="elbow"', 'mimic joint="hip"'), "grip"),
+        (('mimic joint="elbow"', 'mimic joint="hip"'), "grip: mimic joint=.hip.*shoulder, elbow"),
+        (('mimic joint="elbow"', 'mimic joint="grip"'), "grip: mimic"),
+        (('mimic joint="elbow"', 'mimic joint="wrist"'), "grip: mimic"),
+        (('<link name="rod">', '<link name="tool">'), "link tool: two"),
+        (('<link name="rod">', '<link name="up er"/><link name="up_er">'), "up er and up_er"),
+        (('joint name="slide"', 'joint name="elbow"'), "joint elbow: two"),
+        (('value="1.2"', 'value="-1.2"'), "fore: mass: value=.-1.2"),
+        (('izz="0.0003"', 'izz="-0.0003"'), "rod: izz"),
+        (('friction="0.1"', 'friction="-0.1"'), "shoulder: friction"),
+        (('effort="40"', 'effort="-40"'), "shoulder: effort"),
+        (('lower="0"', 'lower="0.2"'), "slide: lower=.0.2. is above upper=.0.1"),
+        (('damping="0.3"', 'damping="thick"'), "damping=.thick.: it must be a number"),
     ],
 )
 def test_what_states_no_mechanism_is_refused(change: tuple[str, str], named: str) -> None:
@@ -276,9 +337,10 @@ def test_what_states_no_mechanism_is_refused(change: tuple[str, str], named: str
     text = path.read_text(encoding="utf-8")
     assert change[0] in text
     path.write_text(text.replace(*change), encoding="utf-8")
-    with pytest.raises(RobotError, match=named):
+    with pytest.raises(RobotError, match=named) as refused:
         write_statement(path)
-    assert named in refusal("derive", str(path))
+    assert str(refused.value).startswith(f"{path}: ")
+    assert str(path) in refusal("derive", str(path))
 
 
 def test_fixed_links_are_parts_of_one_body() -> None:

@@ -25,6 +25,7 @@ EXAMPLES = ROOT / "docs" / "examples"
 DERIVED = ROOT / ".pytest_cache" / "derived"
 LIBRARY = (
     "belt_drive",
+    "cart_pole",
     "coupler_path",
     "crank_rocker",
     "eccentric_train",
@@ -44,6 +45,7 @@ LIBRARY = (
     "released_device",
     "released_press",
     "released_train",
+    "rotary_transplanter",
     "row_unit",
     "rssr",
     "scotch_yoke",

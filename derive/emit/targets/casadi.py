@@ -95,7 +95,12 @@ def model(system: System, functions: Sequence[Emitted]) -> str:
             describe_vectors(system.inputs),
         )
     )
-    return f'"""{docstring}\n"""\n\n{_imports(builders)}\n\n\n{builders}\n'
+    return f'"""{_escape_docstring(docstring)}\n"""\n\n{_imports(builders)}\n\n\n{builders}\n'
+
+
+def _escape_docstring(text: str) -> str:
+    """Return a text for a docstring."""
+    return text.replace("\\", r"\\").replace('"""', "'''")
 
 
 def _imports(text: str, besides: Sequence[str] = ()) -> str:
@@ -115,7 +120,7 @@ def _builder(function: Emitted) -> str:
     return f'''def {function.name}({signature}) -> Function:
     """{function.output.name}, {len(function.output)} entries:
 
-{textwrap.indent(describe_vectors([function.output]), "    ")}
+{textwrap.indent(_escape_docstring(describe_vectors([function.output])), "    ")}
     """
 {_declared(function, _length)}
 {function.body(CASADI)}

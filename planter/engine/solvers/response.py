@@ -60,6 +60,9 @@ class AngleFunctions(Protocol):
     def slopes(self, at: Any, phi: Array, is_loose: bool = False) -> tuple[Array, Array]:
         """Return the functions, (m, n), and their Jacobian in (phi, x), (m, n, 1 + p)."""
 
+    def list_passages(self, at: Any) -> list[tuple[str, float]]:
+        """Return the names and angles [rad] of events that a free motion has already located."""
+
     def curvature(self, at: Any, phi: Array, weights: Array) -> Array:
         """Return the sum over functions and angles of weights (m, n) times Hessians in (phi, x),
         (1 + p, 1 + p).
@@ -254,9 +257,15 @@ def find_breakpoints(response: CycleResponse, at: Any) -> Breakpoints:
         response.turn,
         lambda phi: response.event_functions.rates(at, phi, is_loose=True),
     )
-    angles = np.append(crossings.angles, crossings.touches)
-    events = np.append(crossings.rows, crossings.touch_rows)
-    is_touch = np.arange(len(angles)) >= len(crossings.angles)
+    names = [event.name for event in response.events]
+    passages = response.event_functions.list_passages(at)
+    located = np.array([names.index(name) for name, _ in passages], dtype=np.int64)
+    angles = np.concatenate([[angle for _, angle in passages], crossings.angles, crossings.touches])
+    events = np.concatenate([located, crossings.rows, crossings.touch_rows])
+    is_touch = np.arange(len(angles)) >= len(passages) + len(crossings.angles)
+    searched = np.arange(len(angles)) >= len(passages)
+    is_left = ~(searched & np.isin(events, located))  # a motion knows its own events
+    angles, events, is_touch = angles[is_left], events[is_left], is_touch[is_left]
     return Breakpoints(
         response,
         at,

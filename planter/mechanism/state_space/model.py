@@ -24,11 +24,20 @@ import numpy as np
 from planter.errors import InputError
 from planter.kernels import Array
 from planter.kernels.elimination import ConstrainedFactor, solve_system
+from planter.kernels.kernel import VectorFunction
 from planter.mechanism import file as mechanism_file
 from planter.mechanism.dynamics import Dynamics, Reactions, find_independent_rows
 from planter.mechanism.motion_equations import MotionEquations
 
 ARGUMENTS = ["t", "x", "u", "p"]
+PIVOT = "pivot"
+"""Name of the output that tells how far constraints are from depending on each other, and friction
+from leaving the motion undetermined; `pivot_` where the statement has this name.
+"""
+PIVOT_SHARE = 1e-4
+"""Share of the pivot at the start below which exports warn: some four digits are lost there, and
+the motion may leave the branch that it is on.
+"""
 
 
 @dataclass(frozen=True)
@@ -70,12 +79,17 @@ class DynamicsModel:
     g'' + 2 c g' + c^2 g = 0 and s' + c s = 0 (Baumgarte, Computer Methods in Applied Mechanics and
     Engineering 1, 1972): for integrators that do not project on the constraints.
 
-    Signs of normal forces that friction follows from are those of the start: where such a force,
-    an output, changes its sign, another model holds.
+    Signs of normal forces that friction follows from are those of the start: where the output
+    `size_NAME` of such a force falls below zero, another model holds. With `open_signs` the
+    functions have these `signs` (f,) as their last argument.
     """
 
     def __init__(
-        self, dynamics: Dynamics, inputs: Sequence[str] = (), stabilise: float = 0.0
+        self,
+        dynamics: Dynamics,
+        inputs: Sequence[str] = (),
+        stabilise: float = 0.0,
+        open_signs: bool = False,
     ) -> None:
         self.dynamics, self.name, self.stabilise = dynamics, dynamics.file.name, stabilise
         formulas = dynamics.formulas
@@ -106,6 +120,11 @@ class DynamicsModel:
         data = ca.vertcat(*(packed[entry["name"]] for entry in entries))
         self.equations = MotionEquations(formulas, data)
         self._choice = _Choice(dynamics, self.equations, self.start)
+        self._calls: dict[str, VectorFunction] = {}
+        pressing = [self.equations.actions.index(name) for name in self.equations.pressing]
+        self.start_signs = self._choice.signs[pressing]
+        self._signs = ca.SX.sym("signs", len(pressing)) if open_signs else ca.SX(self.start_signs)
+        self._opened = [self._signs] if open_signs else []
 
     def _find_entry(self, name: str, entries: Sequence[dict[str, Any]]) -> str:
         for entry in entries:
@@ -129,11 +148,23 @@ class DynamicsModel:
 
     @cached_property
     def outputs(self) -> list[DynamicsVariable]:
-        """Reports, reactions that the balances determine, energies, and values of events."""
+        """Reports, reactions that the balances determine, energies, sizes of forces whose signs are
+        those of the start, the pivot if it changes, and values of events.
+        """
         vectors = self.equations.formulas.sidecar["vectors"]
-        entries = [*vectors["outputs"], *vectors.get("events_outputs", ())]
+        sizes = [
+            entry | {"meaning": f"{entry['meaning']}, negative where its sign is not the start's"}
+            for entry in vectors.get("sizes", ())
+            if entry["name"].removeprefix("size_") not in self._choice.undetermined
+        ]
+        entries = [*vectors["outputs"], *sizes]
         determined = [entry for entry in entries if entry["name"] not in self._choice.undetermined]
-        values = self.y(0.0, self.start, self.u, self.p)
+        names = {variable.name for variable in (*self.states, *self.inputs, *self.parameters)}
+        names |= {entry["name"] for entry in determined}
+        if self.has_pivot:
+            determined.append(_PIVOT_ENTRY | {"name": PIVOT + "_" * (PIVOT in names)})
+        determined += vectors.get("events_outputs", ())
+        values = self._call("y", 0.0, self.start, None, None)[0]
         return [
             _describe(entry, float(value))
             for entry, value in zip(determined, np.array(values)[:, 0], strict=True)
@@ -150,13 +181,13 @@ class DynamicsModel:
 
     def rates(self, t: float, x: Array, u: Array | None = None, p: Array | None = None) -> Array:
         """Return x' (2k,) [SI]: rates, then accelerations."""
-        return np.array(self._call(self.f, t, x, u, p)[0])[:, 0]
+        return self._call("f", t, x, u, p)[0][:, 0]
 
     def pivot(self, t: float, x: Array, u: Array | None = None, p: Array | None = None) -> float:
         """Return the least pivot of the constraints over the largest: 1 without constraints, 0 where
         those that are kept depend on each other.
         """
-        return float(self._call(self.f, t, x, u, p)[1])
+        return float(self._call("f", t, x, u, p)[1][0, 0])
 
     def linearised(
         self, t: float, x: Array, u: Array | None = None, p: Array | None = None
@@ -164,32 +195,46 @@ class DynamicsModel:
         """Return A (2k, 2k), B (2k, m) and F (2k, q): derivatives of x' by state, inputs,
         parameters.
         """
-        a, b, f = self._call(self.f_jacobian, t, x, u, p)
-        return np.array(a), np.array(b), np.array(f)
+        a, b, f = self._call("f_jacobian", t, x, u, p)
+        return a, b, f
 
     def outputs_at(
         self, t: float, x: Array, u: Array | None = None, p: Array | None = None
     ) -> Array:
         """Return y (r,) [SI], in the order of `outputs`."""
-        return np.array(self._call(self.y, t, x, u, p))[:, 0]
+        return self._call("y", t, x, u, p)[0][:, 0]
 
     def linearised_outputs(
         self, t: float, x: Array, u: Array | None = None, p: Array | None = None
     ) -> tuple[Array, Array, Array]:
         """Return C (r, 2k), D (r, m) and G (r, q): derivatives of y by state, inputs, parameters."""
-        c, d, g = self._call(self.y_jacobian, t, x, u, p)
-        return np.array(c), np.array(d), np.array(g)
+        c, d, g = self._call("y_jacobian", t, x, u, p)
+        return c, d, g
 
     def constraint_slopes(
         self, t: float, x: Array, u: Array | None = None, p: Array | None = None
     ) -> Array:
         """Return the derivatives (c, 2k) by state of gaps and speeds that the constraints keep zero."""
-        return np.array(self._call(self._constraint_jacobian, t, x, u, p))
+        return self._call("_constraint_jacobian", t, x, u, p)[0]
 
     def _call(
-        self, function: ca.Function, t: float, x: Array, u: Array | None, p: Array | None
-    ) -> Any:
-        return function(t, x, self.u if u is None else u, self.p if p is None else p)
+        self, function: str, t: float, x: Array, u: Array | None, p: Array | None
+    ) -> list[Array]:
+        if function not in self._calls:
+            self._calls[function] = VectorFunction(getattr(self, function))
+        signs = [self.start_signs] if self._opened else []
+        values = self.u if u is None else u, self.p if p is None else p
+        return self._calls[function](t, x, *values, *signs)
+
+    @cached_property
+    def least_pivot(self) -> float:
+        """The pivot below which exports warn; 0 where there is none to watch."""
+        return PIVOT_SHARE * self.pivot(0.0, self.start) if self.has_pivot else 0.0
+
+    @property
+    def has_pivot(self) -> bool:
+        """Whether the pivot changes: with constraints, or friction of forces of joints."""
+        return bool(self.constraints) or self._motion.is_coupled
 
     # --- functions -------------------------------------------------------------------------------
 
@@ -234,8 +279,8 @@ class DynamicsModel:
         slopes = ca.densify(ca.vertcat(upper, self._slopes["a"]))
         gradient = slopes.T @ weights
         change = ca.jtimes(gradient, self._symbols, direction)
-        symbols = [*self._arguments, weights, direction]
-        names = [*ARGUMENTS, "weights", "direction"]
+        symbols = [*self._arguments[:4], weights, direction, *self._opened]
+        names = [*ARGUMENTS, "weights", "direction", *(["signs"] if self._opened else [])]
         return ca.Function("curvature", symbols, [ca.cse(change)], names, ["curvature"])
 
     @cached_property
@@ -252,16 +297,17 @@ class DynamicsModel:
 
     @property
     def _arguments(self) -> list[ca.SX]:
-        return [self.equations.time, self.equations.state, self._u, self._p]
+        return [self.equations.time, self.equations.state, self._u, self._p, *self._opened]
 
     @property
     def _symbols(self) -> ca.SX:
         """State, inputs and parameters: what derivatives are by."""
-        return ca.vertcat(*self._arguments[1:])
+        return ca.vertcat(self.equations.state, self._u, self._p)
 
     def _build(self, name: str, outputs: dict[str, ca.SX]) -> ca.Function:
         graphs = ca.cse(list(outputs.values()))
-        return ca.Function(name, self._arguments, graphs, ARGUMENTS, list(outputs))
+        names = [*ARGUMENTS, *(["signs"] if self._opened else [])]
+        return ca.Function(name, self._arguments, graphs, names, list(outputs))
 
     def _split(self, slopes: ca.SX) -> list[ca.SX]:
         ends = np.cumsum([0, self.equations.state.numel(), self._u.numel(), self._p.numel()])
@@ -270,7 +316,7 @@ class DynamicsModel:
 
     @cached_property
     def _motion(self) -> _Motion:
-        return _Motion(self.equations, self._choice, self.stabilise)
+        return _Motion(self.equations, self._choice, self._signs, self.stabilise)
 
     @cached_property
     def _slopes(self) -> dict[str, ca.SX]:
@@ -290,7 +336,16 @@ class DynamicsModel:
         names = equations.outputs("lane")
         rows = [k for k, name in enumerate(names) if name not in self._choice.undetermined]
         events = equations.evaluate("events") if equations.outputs("events") else ca.SX(0, 1)
-        return ca.vertcat(values[rows], events)
+        sizes = [k for k, n in enumerate(equations.pressing) if n not in self._choice.undetermined]
+        pivot = motion.pivot if self.has_pivot else ca.SX(0, 1)
+        return ca.vertcat(values[rows], motion.sizes[sizes], pivot, events)
+
+
+_PIVOT_ENTRY = {
+    "name": PIVOT,
+    "unit": "1",
+    "meaning": "least pivot over the largest: near 0 constraints or friction determine no motion",
+}
 
 
 def _describe(
@@ -364,7 +419,9 @@ class _Motion:
     `symbols` stand for them, `values` are graphs of time, state and data.
     """
 
-    def __init__(self, equations: MotionEquations, choice: _Choice, stabilise: float = 0.0) -> None:
+    def __init__(
+        self, equations: MotionEquations, choice: _Choice, signs: ca.SX, stabilise: float = 0.0
+    ) -> None:
         rows = choice.rows.tolist()
         bends = _stabilise(equations, stabilise)[rows, :]
         slopes = equations.slopes[rows, :]
@@ -374,7 +431,7 @@ class _Motion:
         self.actions = ca.SX.zeros(len(equations.actions))
         self.actions[choice.actions.tolist()] = r
         pressing = [equations.actions.index(name) for name in equations.pressing]
-        self.sizes = ca.DM(choice.signs[pressing]) * self.actions[pressing]
+        self.sizes = signs * self.actions[pressing]
         residual = equations.evaluate("residual", accelerations=a, sizes=self.sizes)
         self._residuals = [residual - slopes.T @ multipliers, slopes @ a - bends]
         if equations.actions:
@@ -382,10 +439,10 @@ class _Motion:
             balances = (matrix @ self.actions + loads)[choice.balances.tolist()]
             self._residuals.append(ca.substitute(balances, equations.sizes, self.sizes))
         self._slopes, self._equations, self._weight = slopes, equations, choice.weight
-        self._is_coupled = bool(r.numel()) and ca.depends_on(residual, r)
+        self.is_coupled = bool(r.numel()) and ca.depends_on(residual, r)
         self.values = {name: ca.SX.zeros(symbol.numel()) for name, symbol in self.symbols.items()}
         right = [-self.substitute(part) for part in self._residuals]
-        self.values = self._solve(right, None if self._is_coupled else equations.accelerations)
+        self.values = self._solve(right, None if self.is_coupled else equations.accelerations)
 
     def differentiate(self, symbols: ca.SX) -> dict[str, ca.SX]:
         """Return derivatives (n, s) of what is unknown by symbols (s,)."""
@@ -400,7 +457,7 @@ class _Motion:
     @cached_property
     def pivot(self) -> ca.SX:
         """The least pivot over the largest."""
-        if self._is_coupled:
+        if self.is_coupled:
             return solve_system(self._matrix, ca.SX(self._matrix.size1(), 1)).pivot
         return self._factor.pivot if self._slopes.size1() else ca.SX(1)
 
@@ -417,7 +474,7 @@ class _Motion:
         """Return what the slopes of the residuals times unknowns equal: motion first, unless its
         accelerations are known, actions from it.
         """
-        if self._is_coupled:
+        if self.is_coupled:
             ends = np.cumsum([0, *(symbol.numel() for symbol in self.symbols.values())]).tolist()
             solution = solve_system(self._matrix, ca.vertcat(*right)).solution
             return dict(zip(self.symbols, ca.vertsplit(solution, ends), strict=True))

@@ -28,11 +28,13 @@ BUILT_IN = tuple(
     if "\ndef lane(" in path.read_text("utf-8")
 )
 FREE = {
+    "cart_pole",
     "gear_rattle",
     "pin_clearance",
     "released_device",
     "released_press",
     "released_train",
+    "rotary_transplanter",
     "row_unit",
     "spinning_top",
 }

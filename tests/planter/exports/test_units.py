@@ -17,12 +17,15 @@ from typing import Any
 import jsonschema
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 from planter.engine.machine import load_machine
 from planter.exports import fmu
 from planter.exports.fmi import decompose_unit
 from planter.kernels import Array
 from planter.mechanism import file
+from planter.mechanism.dynamics import Dynamics
+from planter.mechanism.input_history import read_history
 from tests.planter.exports.exported import machine_file
 from tests.planter.mechanism.state_space.test_model import find_path, model
 from tests.support import own
@@ -34,7 +37,8 @@ from tests.support.units import quick_libraries
 fmpy = pytest.importorskip("fmpy", reason="FMPy is not installed")
 validation = pytest.importorskip("fmpy.validation")
 SLIDER = "slider_crank"
-FREE = "cart", "cranks", "rubbing", "row_unit"
+FREE = "cart", "cranks", "rubbing", "row_unit", "odd"
+WARNING, DISCARD = 1, 2
 VERSIONS = "2.0", "3.0"
 Refused = fmpy.fmi1.FMICallException
 both_versions = pytest.mark.parametrize("version", VERSIONS)
@@ -63,7 +67,10 @@ class Instance:
         self.description = fmpy.read_model_description(str(unit(name, version)))
         variables = self.description.modelVariables
         self.references = {variable.name: variable.valueReference for variable in variables}
-        self.raw: Any = fmpy.instantiate_fmu(str(unpack(name, version)), self.description, use)
+        self.messages: list[tuple[int, str]] = []
+        self.raw: Any = fmpy.instantiate_fmu(
+            str(unpack(name, version)), self.description, use, logger=self._remember
+        )
         self.is_first = version == "2.0"
         self.set(**start)
         if self.is_first:
@@ -75,6 +82,10 @@ class Instance:
         write = self.raw.setReal if self.is_first else self.raw.setFloat64
         names = [name.replace("__", ".") for name in values]
         write([self.references[name] for name in names], list(values.values()))
+
+    def _remember(self, *words: Any) -> None:
+        """Status and text end what both versions tell."""
+        self.messages.append((words[-3], words[-1].decode()))
 
     def get(self, *names: str) -> list[float]:
         read = self.raw.getReal if self.is_first else self.raw.getFloat64
@@ -233,7 +244,9 @@ def test_directional_derivatives_are_those_of_the_model(name: str, version: str)
     np.testing.assert_allclose(np.array(rows).T, expected, atol=1e-12 * np.abs(expected).max())
     both = raw.getDirectionalDerivative(unknown, [0, 1], [2.0, -1.0])
     np.testing.assert_allclose(both, 2 * np.array(rows[0]) - rows[1], rtol=1e-12, atol=1e-12)
-    for unknowns, knowns in (([0], [0]), ([settable], [settable])):
+    states = [raw.getDirectionalDerivative([0, 1], [place], [1.0]) for place in range(3)]
+    np.testing.assert_array_equal(states, [[1, 0], [0, 1], [0, 0]])
+    for unknowns, knowns in (([len(subject.states)], [0]), ([settable], [settable])):
         with pytest.raises(Refused):
             raw.getDirectionalDerivative(unknowns, knowns, [1.0])
 
@@ -250,6 +263,131 @@ def test_step_without_motion_leaves_the_state(version: str) -> None:
         instance.set(m_c=1.0, m_p=0.3, F=2.0)
         instance.raw.doStep(0.0, 0.1)
         assert instance.get("s")[0] > before[0]
+
+
+@needs_compiler
+@both_versions
+def test_weak_constraints_are_told_once_with_their_time(version: str) -> None:
+    """Parallel cranks at their flat pose and away from it, by either use."""
+    subject = model("cranks")
+    flat = np.array([1e-6, 1e-6, 1e-6, 0, 0, 0, 0, 0])
+    instance = Instance("cranks", version, "ModelExchange")
+    read = (
+        instance.raw.getDerivatives
+        if version == "2.0"
+        else instance.raw.getContinuousStateDerivatives
+    )
+    rates = (ctypes.c_double * 8)()
+    instance.raw.enterContinuousTimeMode()
+    for number, state in enumerate((subject.start, flat, 2 * flat, subject.start, flat)):
+        instance.raw.setTime(number / 4)
+        vector = (ctypes.c_double * 8)(*state)
+        instance.raw.setContinuousStates(vector, 8)
+        read(rates, 8)
+        assert instance.get("pivot")[0] == pytest.approx(subject.pivot(0.0, state), rel=1e-9)
+    assert [status for status, _ in instance.messages] == [WARNING, WARNING]
+    for (_, text), time in zip(instance.messages, ("0.25", "1"), strict=True):
+        assert text.startswith(f"at {time} s: ")
+    names = [state.name for state in subject.states]
+    with running("cranks", version) as regular:
+        regular.raw.doStep(0.0, 0.01)
+        assert regular.messages == []
+        regular.set(**dict(zip(names, flat.tolist(), strict=True)))
+        regular.raw.doStep(0.01, 0.01)
+        assert [status for status, _ in regular.messages] == [WARNING]
+        assert regular.messages[0][1].startswith("at 0.01 s: ")
+
+
+@needs_compiler
+@both_versions
+def test_wrong_starts_are_told_and_leave_the_unit_usable(version: str) -> None:
+    """Masses of zero have no motion; another start has one."""
+    with running("cart", version, m_c=0.0, m_p=0.0) as instance:
+        with pytest.raises(Refused):
+            instance.get("der(s)")
+        status, text = instance.messages[0]
+        assert (status, text) == (DISCARD, "at 0 s: a rate or an output is not finite")
+        instance.set(m_c=1.0, m_p=0.3, F=2.0)
+        assert instance.get("der(s_dot)")[0] == pytest.approx(2.0)
+
+
+@needs_compiler
+@both_versions
+def test_unit_ends_in_the_middle_and_begins_anew(version: str) -> None:
+    """A step after the end is refused; a reset brings the start back; another instance is apart."""
+    with running("cart", version, F=3.0) as instance, running("cart", version) as other:
+        before = instance.get("s", "F", "der(s_dot)")
+        instance.raw.doStep(0.0, 0.1)
+        instance.raw.terminate()
+        with pytest.raises(Refused):
+            instance.raw.doStep(0.1, 0.1)
+        instance.raw.reset()
+        assert instance.get("s", "F") == [0.0, 0.0]
+        instance.set(F=3.0)
+        if instance.is_first:
+            instance.raw.setupExperiment(startTime=0.0)
+        instance.raw.enterInitializationMode()
+        instance.raw.exitInitializationMode()
+        assert instance.get("s", "F", "der(s_dot)") == before
+        other.raw.doStep(0.0, 0.1)
+        assert other.get("s") == [0.0]
+
+
+PUSH = np.array([(0.0, 0.0), (0.2, 3.0), (0.4, 3.0)])
+"""Times [s] and pushes [N]: a ramp, then a constant."""
+
+
+def expect_pushed_cart(folder: Path, times: Array) -> Array:
+    """Places of the cart by the model, which reads the push from a file."""
+    path = folder / "push.csv"
+    rows = "".join(f"{time},{push}\n" for time, push in PUSH)
+    path.write_text(f"t_s,F_N\n{rows}", encoding="utf-8")
+    cart = file.load(find_path("cart"), {})
+    return Dynamics(cart, read_history(path, cart)).run(times).states[0]
+
+
+@needs_compiler
+@both_versions
+def test_input_of_a_table_moves_the_states_of_a_unit(version: str, tmp_path: Path) -> None:
+    """SciPy integrates the rates and sets time, state and input at each of its stages."""
+    instance = Instance("cart", version, "ModelExchange")
+    instance.raw.enterContinuousTimeMode()
+    rates = [f"der({state.name})" for state in model("cart").states]
+
+    def move(time: float, state: Array) -> list[float]:
+        instance.raw.setTime(time)
+        instance.set(F=float(np.interp(time, *PUSH.T)))
+        instance.raw.setContinuousStates((ctypes.c_double * 4)(*state), 4)
+        return instance.get(*rates)
+
+    state, places = np.zeros(4), [0.0]
+    for span in zip(PUSH[:-1, 0], PUSH[1:, 0], strict=True):
+        state = solve_ivp(move, span, state, method="DOP853", rtol=1e-10, atol=1e-10).y[:, -1]
+        places.append(state[0])
+    expected = expect_pushed_cart(tmp_path, PUSH[:, 0])
+    np.testing.assert_allclose(places, expected, atol=1e-8)
+    assert expected[-1] > 0.05
+
+
+@needs_compiler
+@both_versions
+def test_input_is_held_over_a_step_of_cosimulation(version: str, tmp_path: Path) -> None:
+    """An error of first order falls by half with half the step."""
+    errors = []
+    for step in (0.004, 0.002):
+        times = np.arange(0, 0.4 + step / 2, step)
+        result = fmpy.simulate_fmu(
+            str(unit("cart", version)),
+            fmi_type="CoSimulation",
+            stop_time=0.4,
+            output_interval=step,
+            input=np.array([*map(tuple, PUSH)], dtype=[("time", float), ("F", float)]),
+            output=["s"],
+        )
+        moved = np.interp(times, result["time"], result["s"])
+        errors.append(np.abs(moved - expect_pushed_cart(tmp_path, times)).max())
+    assert errors[0] < 5e-3
+    assert errors[0] / errors[1] == pytest.approx(2, rel=0.05)
 
 
 # --- both ---

@@ -2,8 +2,6 @@
 microseconds less.
 """
 
-import time
-from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 
 import casadi as ca
@@ -13,7 +11,7 @@ import pytest
 from planter.errors import ComputationError
 from planter.kernels import Array, BoundKernel, CallError, Kernel
 from planter.kernels import kernel as kernel_module
-from tests.support.lanes import needs_compiler
+from tests.support.lanes import needs_compiler, shortest
 
 pytestmark = pytest.mark.usefixtures("kernel_cache")
 
@@ -234,17 +232,6 @@ class TestFinite:
         for number in (3, 1, 0):
             arrays[number][size // 2] = bad
             assert check() == number + 1
-
-
-def shortest(call: Callable[[], object]) -> float:
-    """Microseconds of a call, undisturbed."""
-    times = []
-    for _ in range(300):
-        began = time.perf_counter()
-        for _ in range(20):
-            call()
-        times.append((time.perf_counter() - began) / 20)
-    return 1e6 * min(times)
 
 
 @needs_compiler

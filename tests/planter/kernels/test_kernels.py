@@ -3,6 +3,7 @@
 import pickle
 import signal
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 
 import casadi as ca
 import numpy as np
@@ -12,7 +13,7 @@ from planter.errors import ComputationError
 from planter.kernels import CallError, Kernel, backends, toolchain
 from planter.kernels.backends import Backend, LaneTask
 from planter.kernels.compiler import CompilerError
-from planter.kernels.kernel import StackedKernel
+from planter.kernels.kernel import StackedKernel, VectorFunction
 from planter.kernels.lane_graph import NotPrintableError
 from tests.support.lanes import needs_compiler
 
@@ -60,27 +61,28 @@ def test_no_nan_leaves() -> None:
         root(x=np.array([4.0, -1.0]))
 
 
-def test_a_failed_root_is_an_error() -> None:
+def build_solver() -> Kernel:
     x, p = ca.SX.sym("x"), ca.SX.sym("p")
     solver = ca.rootfinder(
         "solver", "fast_newton", ca.Function("g", [x, p], [x**2 + p]), {"error_on_fail": True}
     )
     start, parameter = ca.MX.sym("start"), ca.MX.sym("p")
-    kernel = Kernel(
+    return Kernel(
         ca.Function("solve", [start, parameter], [solver(start, parameter)], ["start", "p"], ["x"])
     )
+
+
+def test_a_failed_root_is_an_error() -> None:
+    kernel = build_solver()
     assert kernel(start=1.0, p=-4.0)["x"][0, 0] == pytest.approx(2)
     with pytest.raises(ComputationError, match="solve"):
         kernel(start=1.0, p=4.0)
 
 
 @pytest.mark.parametrize("converts", [False, True])
-def test_interrupt_during_call_ends_it(
-    kernel: Kernel, monkeypatch: pytest.MonkeyPatch, converts: bool
-) -> None:
-    """Also where CasADi has made another error of it on the way."""
-    kernel(phi=0.5, x=[1.0, 2.0])
-    call = kernel._way._calls[1]  # type: ignore[attr-defined]
+def test_interrupt_during_call_ends_it(monkeypatch: pytest.MonkeyPatch, converts: bool) -> None:
+    """Also where CasADi has made another error of it on the way, as solvers do."""
+    kernel, memory = build_solver(), ca.Function.buffer
 
     def slow() -> None:
         try:
@@ -90,13 +92,13 @@ def test_interrupt_during_call_ends_it(
                 raise RuntimeError("an error of CasADi's") from None
             raise
 
-    monkeypatch.setattr(call, "_run", slow)
+    monkeypatch.setattr(ca.Function, "buffer", lambda function: (memory(function)[0], slow))
     outside = signal.signal(
         signal.SIGINT, signal.default_int_handler
     )  # ignored where a shell started us in the background
     try:
         with pytest.raises(KeyboardInterrupt):
-            kernel(phi=0.5, x=[1.0, 2.0])
+            kernel(start=1.0, p=-4.0)
         assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
     finally:
         signal.signal(signal.SIGINT, outside)
@@ -108,6 +110,56 @@ def test_results_belong_to_the_caller(kernel: Kernel) -> None:
     copied = first.copy()
     kernel(phi=[1.1, 1.2], x=[2.0, 3.0])
     assert (first == copied).all()
+
+
+def test_straight_code_is_called_without_deferral(
+    kernel: Kernel, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It would take most of the time of a small function."""
+    deferred: list[object] = []
+
+    def note(call: Callable[[], object]) -> None:
+        deferred.append(call)
+        call()
+
+    monkeypatch.setattr(backends, "defer_interrupt", note)
+    assert kernel(phi=0.5, x=[2.0, 3.0])["y"][0, 0] == pytest.approx(2 * np.sin(0.5) + 3)
+    assert not deferred
+    build_solver()(start=1.0, p=-4.0)
+    assert len(deferred) == 1
+
+
+def build_vector_function() -> VectorFunction:
+    t, x, u = ca.SX.sym("t"), ca.SX.sym("x", 2), ca.SX.sym("u", 0)
+    sparse = ca.SX(ca.Sparsity.diag(2), x * t)
+    return VectorFunction(
+        ca.Function("f", [t, x, u], [ca.sqrt(x), sparse], list("txu"), ["y", "z"])
+    )
+
+
+def test_vector_function_returns_new_arrays_and_passes_nan_on() -> None:
+    function = build_vector_function()
+    y, z = function(2.0, [4.0, -1.0], [])
+    assert (y[0, 0], np.isnan(y[1, 0]), z.tolist()) == (2, True, [[8, 0], [0, -2]])
+    function(1.0, np.ones(2), np.zeros(0))
+    assert z.tolist() == [[8, 0], [0, -2]]
+
+
+@pytest.mark.parametrize("x", [1.0, [1.0], [1.0, 2.0, 3.0], [[1.0, 2.0]], [[1.0], [2.0]]])
+def test_vector_of_another_shape_is_refused(x: object) -> None:
+    with pytest.raises(CallError, match=r"f: inputs .* expected \[\(1,\), \(2,\), \(0,\)\]"):
+        build_vector_function()(0.0, x, [])  # type: ignore[arg-type]
+
+
+def test_threads_call_a_vector_function_in_memory_of_their_own() -> None:
+    function = build_vector_function()
+
+    def run(number: int) -> bool:
+        x = np.array([number, 1.0])
+        return all(function(1.0, x, [])[1][0, 0] == number for _ in range(500))
+
+    with ThreadPoolExecutor(4) as pool:
+        assert all(pool.map(run, range(8)))
 
 
 def test_a_sparse_output_is_filled_up() -> None:

@@ -115,6 +115,105 @@ SYSTEM = m.system(reported=["kinetic", "potential"])
 """A chain of rods; the word LINKS is their number."""
 
 
+ODD = r'''
+from derive import Mechanism, quantities
+
+q = quantities("""
+    g      | m/s2  | free <fall> & "rise" */ \\ ??/ | 9.81
+    double | m     | rod, größer                   | 0.5
+    u      | kg    | bob                           | 0.3
+    x      | kg    | cart                          | 0.7
+    p      | N s/m | damping                       | 0.7
+""")
+m = Mechanism("own", q, gravity=q.g)
+s = m.coordinate("t", "m", 'place of\nthe */ cart ???/ \\u0 """ c')
+a = m.coordinate("pivot", "rad", "rod")
+F = m.input("N", "N", "push")
+P = m.point("C", m.O, m.world, s)
+cart = m.body("cart", m.world, q.x, P)
+rod = m.frame("rod", a)
+bob = m.body("bob", rod, q.u, m.point("B", P, rod, q.double))
+m.slide("rail", cart, m.ground, P)
+m.pin("A", bob, cart, P)
+m.force("push", cart, P, m.vector(m.world, F - q.p * m.rate(s), 0))
+SYSTEM = m.system()
+'''
+"""Names that languages use themselves, meanings that would end comments."""
+
+
+FOUR_BAR = r'''
+from derive import Mechanism, quantities
+
+q = quantities("""
+    g | m/s2  | free fall           | 9.81
+    a | m     | crank               | 0.1
+    b | m     | coupler             | 0.3
+    c | m     | rocker              | 0.25
+    d | m     | frame               | 0.28
+    m | kg    | of each bar         | 0.8
+    J | kg m2 | of each, centroidal | 0.005
+""")
+m = Mechanism("own", q, gravity=q.g)
+names = ("crank", "coupler", "rocker")
+angles = [m.coordinate(name, "rad", name) for name in names]
+T = m.input("T", "N m", "torque on the crank", start=2, low=-5, high=5)
+frames = [m.frame(name, angle) for name, angle in zip(names, angles)]
+B = m.point("B", m.O, m.world, q.d)
+A = m.point("A", m.O, frames[0], q.a)
+C = m.point("C", A, frames[1], q.b)
+D = m.point("D", B, frames[2], q.c)
+m.close(C, D, start={angles[0]: 1.0, angles[1]: 0.5, angles[2]: 1.5})
+places = [(m.O, q.a), (A, q.b), (B, q.c)]
+bars = [
+    m.body(name, frame, q.m, m.point(f"G_{name}", start, frame, length / 2), q.J)
+    for name, frame, (start, length) in zip(names, frames, places)
+]
+m.pin("O", bars[0], m.ground, m.O)
+m.pin("A", bars[1], bars[0], A)
+m.pin("C", bars[2], bars[1], C)
+m.pin("B", bars[2], m.ground, B)
+m.torque("drive", bars[0], m.ground, T)
+m.begin({angles[0]: 1.0, m.rate(angles[0]): 3})
+SYSTEM = m.system()
+'''
+"""A four-bar linkage whose crank a torque drives."""
+
+PLATFORM = r'''
+from derive import Mechanism, quantities
+
+q = quantities("""
+    g | m/s2  | free fall           | 9.81
+    w | m     | feet                | 1
+    r | m     | platform            | 0.25
+    m | kg    | platform            | 5
+    J | kg m2 | platform            | 0.2
+    n | kg    | of each leg         | 0.5
+    I | kg m2 | of each leg         | 0.02
+    k | N/m   | of each leg         | 4000
+    l | m     | its length at rest  | 0.8
+""")
+m = Mechanism("own", q, gravity=q.g)
+x, y, turn = (m.coordinate(n, u, "platform") for n, u in (("x", "m"), ("y", "m"), ("c", "rad")))
+frame = m.frame("platform", turn)
+centre = m.point("centre", m.O, m.world, x, y)
+platform = m.body("platform", frame, q.m, centre, q.J)
+for i, (foot, side) in enumerate(((-1, -1), (0, 1), (1, 1))):
+    angle = m.coordinate(f"a{i}", "rad", f"leg {i}")
+    length = m.coordinate(f"s{i}", "m", f"length of leg {i}")
+    F = m.input(f"F{i}", "N", f"push of leg {i}", start=20)
+    start = m.point(f"O{i}", m.O, m.world, foot * q.w / 2)
+    leg = m.frame(f"leg{i}", angle)
+    end = m.point(f"E{i}", start, leg, length)
+    corner = m.point(f"P{i}", centre, frame, side * q.r)
+    body = m.body(f"leg{i}", leg, q.n, m.point(f"G{i}", start, leg, length / 2), q.I)
+    m.force(f"push{i}", platform, corner, (F - q.k * (length - q.l)) * m.vector(leg, 1, 0), body)
+    m.close(end, corner, start={angle: 1.5 - 0.3 * foot, length: 0.8, x: 0, y: 0.75, turn: 0})
+m.begin({m.rate(x): 0.3, m.rate(turn): 0.5})
+SYSTEM = m.system(reported=["kinetic", "potential"])
+'''
+"""A platform on three legs, each of which pushes: three loops."""
+
+
 def build_chain(links: int) -> str:
     """Return the statement of a chain."""
     return CHAIN.replace("LINKS", str(links))

@@ -14,26 +14,36 @@ import pytest
 
 from planter.errors import InputError
 from planter.kernels import Array
+from planter.kernels.backends import bind_memory
 from planter.mechanism.dynamics import Reactions
 from planter.mechanism.state_space.linearisation import linearise_model
 from planter.mechanism.state_space.model import DynamicsModel, load_dynamics
 from tests.planter.mechanism.state_space.statements import (
     CART,
     CRANKS,
+    FOUR_BAR,
+    ODD,
+    PLATFORM,
     RUBBING,
     build_chain,
     build_tree,
 )
 from tests.support import own
 from tests.support.cli import answer, refusal
+from tests.support.lanes import shortest
 
 SOURCES = {
     "cart": (CART, "own"),
     "cranks": (CRANKS, "own"),
     "rubbing": (RUBBING, "own"),
+    "odd": (ODD, "own"),
+    "four-bar": (FOUR_BAR, "own"),
+    "platform": (PLATFORM, "own"),
+    "chain": (build_chain(24), "own"),
     "whipple": ("whipple", "whipple"),
     "row_unit": ("row_unit", "row_unit"),
 }
+SHORT = [name for name in SOURCES if name != "chain"]
 
 
 def find_path(name: str) -> Path:
@@ -63,7 +73,7 @@ def differentiate(function: Callable[[Array], Array], point: Array) -> Array:
     return np.reshape(rows, (len(point), len(function(point)))).T
 
 
-@pytest.mark.parametrize("name", SOURCES)
+@pytest.mark.parametrize("name", SHORT)
 def test_rates_are_those_of_the_equations_of_motion(name: str) -> None:
     subject, dynamics = model(name), model(name).dynamics
     for state in draw_states(name):
@@ -82,7 +92,7 @@ def vary(
     return lambda point: values(0.0, **{**arguments, key: point})
 
 
-@pytest.mark.parametrize("name", SOURCES)
+@pytest.mark.parametrize("name", SHORT)
 def test_derivatives_are_those_of_differences(name: str) -> None:
     subject = model(name)
     for state in draw_states(name, 2):
@@ -113,6 +123,19 @@ def test_outputs_are_reactions_and_reports() -> None:
     values = dict(zip(names, subject.outputs_at(0.0, state), strict=True))
     for name, action in zip(dynamics.formulas.entries("actions"), actions[:, 0], strict=True):
         assert values[name] == pytest.approx(action, rel=1e-10)
+
+
+def test_size_of_a_normal_force_tells_where_its_sign_is_another() -> None:
+    subject = model("rubbing")
+    row = [variable.name for variable in subject.outputs].index("size_N_floor")
+    whirled = np.array([0.0, np.pi / 2, 0.3, 18.0])  # upright, where the rod lifts the slider
+    for state, sign in ((subject.start, 1.0), (whirled, -1.0)):
+        force = subject.dynamics.find_normal_forces(0.0, state)[0]
+        size = subject.outputs_at(0.0, state)[row]
+        assert np.sign(force) == np.sign(size) == sign
+    assert subject.outputs_at(0.0, subject.start)[row] == pytest.approx(
+        subject.dynamics.find_sizes(0.0, subject.start)[0], rel=1e-10
+    )
 
 
 def test_curvature_is_the_slope_of_the_gradient() -> None:
@@ -168,6 +191,21 @@ def test_constraint_that_follows_from_others_is_left_out() -> None:
     )
 
 
+def test_pivot_is_an_output_where_it_changes() -> None:
+    for name in ("cranks", "rubbing", "whipple"):
+        subject, state = model(name), draw_states(name, 1)[0]
+        (place,) = (i for i, x in enumerate(subject.outputs) if x.name == "pivot")
+        assert subject.outputs_at(0.0, state)[place] == subject.pivot(0.0, state)
+        assert 0 < subject.least_pivot < 1e-3 * subject.pivot(0.0, subject.start)
+    assert "pivot" not in [output.name for output in model("cart").outputs]
+    assert model("cart").least_pivot == 0
+    renamed = CRANKS.replace('m.coordinate("c"', 'm.coordinate("pivot"')
+    subject = load_dynamics(own.generated(renamed) / "own.toml")
+    names = [x.name for x in (*subject.states, *subject.outputs)]
+    assert len(set(names)) == len(names)
+    assert {"pivot", "pivot_"} < set(names)
+
+
 def test_bicycle_has_the_published_eigenvalues() -> None:
     """Meijaard, Papadopoulos, Ruina and Schwab, Proc. R. Soc. A 463 (2007), table 2, at 5 m/s."""
     roots = [complex(*root) for root in linearise_model(model("whipple")).eigenvalues]
@@ -191,6 +229,23 @@ def test_chain_has_the_derivatives_of_pinocchio() -> None:
         ):
             error = np.abs(part - reference).max()
             assert error < 1e-10 * np.abs(reference).max()
+
+
+MOST_OVERHEAD = 6
+"""Time of a call by NumPy over that of the graph of 24 links in memory that stays."""
+
+
+def test_call_by_arrays_costs_little_more_than_the_graph() -> None:
+    subject = load_dynamics(own.generated(build_chain(24)) / "own.toml")
+    state, function = subject.start, subject.f
+    arguments = 0.0, state, subject.u, subject.p
+    inputs = [np.array(part, ndmin=1, dtype=float) for part in arguments]
+    outputs = [np.zeros(function.nnz_out(i)) for i in range(2)]
+    run = bind_memory(function, inputs, outputs, is_straight=True)
+    bare = shortest(run)
+    assert shortest(lambda: subject.rates(0.0, state)) < MOST_OVERHEAD * bare
+    assert shortest(lambda: function(*arguments)) > MOST_OVERHEAD * bare, "a tampered case"
+    np.testing.assert_array_equal(subject.rates(0.0, state), outputs[0])
 
 
 def test_values_of_a_file_can_be_inputs() -> None:

@@ -128,7 +128,7 @@ def test_fitted_file_reproduces_fitted_force(
         device.machine,
         calibrated,
         ModelAssumptions.from_sidecar(device.sidecar).meanings,
-        "carrier angle",
+        "carrier angle / deg",
     ).write(tmp_path)
     machine = load(tmp_path / MACHINE_FILE)
     assert machine.origin("mass.planet_kg").startswith("calibrated (exact model")

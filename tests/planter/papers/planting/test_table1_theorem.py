@@ -52,12 +52,12 @@ def draw(seed: int, law: str, folder: Path) -> tuple[Any, dict[str, float]]:
     bounds = {**checker.LINEAR, **CAM}
     inputs = {path: float(rng.uniform(*ends)) for path, ends in bounds.items()}
     # the spring, the rocker and the masses about the axis are of no account
-    others = {"spring.rate_N_m": rng.uniform(100, 3000), "mass.sun_kg": SUN_KG}
+    indifferent = {"spring.rate_N_m": rng.uniform(100, 3000), "mass.sun_kg": SUN_KG}
     file = folder / "device.toml"
     text = example("wang2017").replace('flank = "4-5-6-7 polynomial"', f'flank = "{law}"')
     file.write_text(text, encoding="utf-8")
     planet = inputs["mass.planet_kg"] * 4500e-6  # of inertia, enough for the farthest centroid
-    changes = {**inputs, **others, "inertia.J7_about_B1_kg_m2": planet}
+    changes = {**inputs, **indifferent, "inertia.J7_about_B1_kg_m2": planet}
     return load_machine(str(file), changes, model="exact"), inputs
 
 
