@@ -1,5 +1,5 @@
-"""Commands that belong to no machine: files to start from, derivation, schemas, help, works to cite,
-proofs, comparisons, meanings, this installation and its speed.
+"""Commands that belong to no machine: files to start from, derivation, schemas, help, works, proofs,
+comparisons, meanings, this installation and its speed.
 """
 
 from __future__ import annotations
@@ -91,8 +91,8 @@ def example(
             console.result(Example(name, text), lambda: print(text, end=""))
 
 
-@app.command()
-def new(
+@app.command("new")
+def write_template(
     template: Annotated[
         str | None,
         typer.Argument(

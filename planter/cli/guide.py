@@ -57,7 +57,7 @@ def format_guide(guide: Topics) -> str:
     parts += [f"  {name:{width}}  {title}" for name, title in guide.pages.items()]
     for page in pages.values():
         for title, names in page.sections.items():
-            shown = [words.shorten_name(name) for name in names]
-            width = max(map(len, shown))
-            parts += ["", f"{title}:", *(f"  {n:{width}}  {guide.words[n]}" for n in shown)]
+            short = list(map(words.shorten_name, names))
+            width = max(map(len, short))
+            parts += ["", f"{title}:", *(f"  {n:{width}}  {guide.words[n]}" for n in short)]
     return "\n".join([*parts, "", "planter help NAME prints one of them."])

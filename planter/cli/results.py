@@ -83,7 +83,7 @@ class TemplateWritten(Record):
 
 @dataclass(frozen=True)
 class Topics(Record):
-    """`planter help`: what there is to read about; titles of pages and meanings of words by name."""
+    """`planter help`: what there is to read; titles of pages and meanings of words by name."""
 
     topics: list[str]
     pages: dict[str, str]
