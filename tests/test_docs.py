@@ -154,7 +154,7 @@ def test_record_of_the_study_equals_its_inputs(monkeypatch: pytest.MonkeyPatch) 
     monkeypatch.chdir(STUDY.parent)
     space: dict[str, Any] = {}
     outputs = cells(STUDY)
-    set_up, inputs, recorded, speeds = (outputs[index] for index in (0, 1, 3, 6))
+    set_up, inputs, recorded, speeds = (outputs[index] for index in (0, 1, 3, 7))
     for cell in (set_up, inputs, recorded, speeds):
         exec(compile(cell, STUDY.name, "exec"), space)
     rows = {"constant_speed": "steady", "rippling_speed": "rippling", "backlash": "backlash"}

@@ -5,9 +5,11 @@ comparisons, meanings, this installation and its speed.
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 from textwrap import fill
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -44,6 +46,9 @@ from planter.report.options import (
     refuse_unused,
     writes_files,
 )
+
+if TYPE_CHECKING:
+    from planter.engine.proof.objective import ProvableObjective
 
 app = typer.Typer()
 
@@ -283,6 +288,23 @@ def _wrap(work: Cited) -> str:
     )
 
 
+def _rebuild_objective(
+    file: Path, source: str | None, document: Mapping[str, Any]
+) -> ProvableObjective:
+    """Return the objective of the machine of a proof, as it is generated here.
+
+    Its file may also lie beside that of the proof, or in the folder above.
+    """
+    stated = Path(document["machine"]["source"])
+    places = [stated, file.parent / stated.name, file.parent.parent / stated.name]
+    source = source or str(next((place for place in places if place.is_file()), stated))
+    part = examples.load_part(source, "proof")
+    if part is None:
+        raise InputError(f"{source}: there is no such machine; --machine names its file")
+    objective: ProvableObjective = part.rebuild_objective(source, document)
+    return objective
+
+
 @app.command("prove")
 def check_proof(
     file: Annotated[
@@ -297,18 +319,26 @@ def check_proof(
     check: Annotated[
         bool, typer.Option("--check", help="compute each of its bounds again (the default)")
     ] = True,
+    machine: Annotated[
+        str | None,
+        typer.Option(
+            metavar="MACHINE",
+            help="the machine, if it is not where the proof says",
+            show_default=False,
+        ),
+    ] = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Compute each bound of a proof again, from its file alone.
+    """Compute each bound of a proof again, and compare its programs with those of its machine.
 
-    Exit code 1 if one does not follow. `check_proof.py` beside the file does the same without
-    planter.
+    Exit code 1 if a bound does not follow, or the machine is another. `check_proof.py` beside the
+    file computes the bounds without planter.
     """
     console = Console(as_json)
     with console.outcome():
         from planter.engine.proof.certificate_file import check_document, read_document
 
-        result = check_document(read_document(file))
+        result = check_document(read_document(file), partial(_rebuild_objective, file, machine))
         console.result(result, lambda: print(result.describe()))
     if not result.valid:
         raise typer.Exit(1)
