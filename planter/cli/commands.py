@@ -329,7 +329,9 @@ def check_proof(
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Compute each bound of a proof again, and compare its programs with those of its machine.
+    """Compute the bounds of a proof again, and check its machine.
+
+    Its programs are compared with those of the machine.
 
     Exit code 1 if a bound does not follow, or the machine is another. `check_proof.py` beside the
     file computes the bounds without planter.
