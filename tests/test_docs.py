@@ -17,6 +17,7 @@ import pytest
 
 import derive
 import planter
+from planter import menu
 from planter.audit import verdicts
 from planter.cli import dictionary
 from planter.cli.references import load_references
@@ -114,8 +115,10 @@ def helps() -> dict[str, str]:
 
 
 def unknown(words: list[str], helps: dict[str, str]) -> list[str]:
-    """What a call names that there is not: the command, or options of it."""
-    name = next((index for index in (" ".join(words[:2]), words[0]) if index in helps), None)
+    """What a call names that there is not: the command, by an earlier name too, or options of it."""
+    present = menu.current_words(words)
+    names = (" ".join(present[:count]) for count in (3, 2, 1))
+    name = next((index for index in names if index in helps), None)
     if name is None:
         return words[:1]
     return [
