@@ -55,9 +55,9 @@ def test_pictures_are_those_that_commands_draw() -> None:
 def test_first_page_is_short() -> None:
     assert len(TEXT.split()) <= MOST_WORDS
     assert len(PICTURE.findall(TEXT)) == len(PICTURE.findall(CHINESE)) == 1
-    shown = [line for line in TEXT.splitlines() if line.startswith("    planter ")]
-    assert shown
-    assert shown == [line for line in shown if line.split("#")[0].strip() in CHINESE]
+    commands = [line for line in TEXT.splitlines() if line.startswith("    planter ")]
+    assert commands
+    assert all(line.split("#")[0].strip() in CHINESE for line in commands)
 
 
 @pytest.mark.parametrize(

@@ -141,7 +141,8 @@ class Subject(Protocol):
             for e in self.claims().values()
             if e.defines is not None
         }
-        return {s: e for s, e in formulas.items() if s not in e.free_symbols} | self.reactions()
+        explicit = {s: e for s, e in formulas.items() if s not in e.free_symbols}
+        return {**explicit, **self.reactions()}
 
     def reactions(self) -> Mapping[sp.Symbol, Expr]:
         """Return actions by what they are in other quantities, where a paper need not name them."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import json
 import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -15,7 +16,6 @@ from typing import Any
 
 from . import key
 from .case import Case, judge_references
-from .check_verdicts import describe_verdict as describe_evidence
 from .evidence import format_evidence
 from .judge import UNJUDGED
 from .laws import ChainLaws, attempted_violation, judge_laws, record_untried_law
@@ -359,8 +359,10 @@ def judge_cases(modules: Iterable[ModuleType], committed: Path | None = None) ->
         if c.source is not None
         for row in c.source.list_rows()
     ]
+    # of the checker, which needs python-flint, and speaks of what it checks
+    describe = importlib.import_module(f"{__package__}.check_verdicts").describe_verdict
     evidence = [
-        record[EVIDENCE] | {"statement": describe_evidence(record[EVIDENCE])}
+        record[EVIDENCE] | {"statement": describe(record[EVIDENCE])}
         for record in records
         if EVIDENCE in record
     ]
