@@ -7,6 +7,8 @@ that is linked.
 
 import json
 import os
+import re
+import shlex
 import shutil
 import subprocess
 import sys
@@ -228,6 +230,23 @@ OTHERS = {"slider_crank_paper", "elliptic_gears"}
 
 def test_every_example_is_run_here() -> None:
     assert {path.stem for path in EXAMPLES.glob("*.py")} == {*MECHANISMS, *OTHERS, *own.LIBRARY}
+
+
+def test_doors_of_the_first_page_open(environment: Path, examples: Path, tmp_path: Path) -> None:
+    """Word for word, one after the other in an empty folder; the studio is served until it ends."""
+    page = (ROOT / "README.md").read_text(encoding="utf-8")
+    calls = [line.split("#")[0] for line in page.splitlines() if line.startswith("    planter ")]
+    assert [call.split()[1] for call in calls][:2] == ["new", "derive"]
+    for call in calls:
+        name, *words = shlex.split(call)
+        if "studio" not in words:
+            done = run(tmp_path, environment / name, *words)
+            assert done.returncode == 0, (call, done.stderr)
+    best = read(run(tmp_path, environment / "planter", "simulate", "best/optimum.toml", "--json"))
+    assert best["quantities"]["M_in_Nm"]["max"] < 0.2
+    assert (tmp_path / "trial" / "report.html").is_file()
+    for name in re.findall(r"`planter (--help|doctor)`", page):
+        assert run(tmp_path, environment / "planter", name).stdout
 
 
 def test_user_file_runs_from_wheel(environment: Path, examples: Path) -> None:
