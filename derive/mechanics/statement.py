@@ -316,7 +316,7 @@ class Statement:
         self.reactive[f"slip_{name}"] = f"R_{name}"
 
     def impact(self, name: str, gap: Expr, restitution: Expr | float) -> None:
-        """Keep an expression of coordinates positive by impacts: an end stop, a floor, a hammer on
+        r"""Keep an expression of coordinates positive by impacts: an end stop, a floor, a hammer on
         its anvil.
 
         Where ``gap`` [m] closes, at the event ``impact of name``, all rates jump at once so that the
