@@ -15,6 +15,8 @@ from planter.files.fields import FileSection, Line, Probability, Share, Whole
 
 HOLD = "requirements.hold"
 """Path of the limits in files."""
+LEAST = "objective.least"
+"""Path of the sum of measures in files."""
 HOLD_MEANING = (
     "limits on measures of the cycle, such as 'abs F_Ax <= 300 N': every search satisfies them"
 )

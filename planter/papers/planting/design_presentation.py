@@ -20,6 +20,7 @@ from planter.measured.sensor_presentation import (
 from planter.mechanism.presentation import (
     CLOSEST_FILE,
     OPTIMUM_FILE,
+    describe_search,
     format_design_file,
 )
 from planter.papers.planting.design_results import (
@@ -455,6 +456,7 @@ def _describe_certificate(result: OptimisationFound) -> Iterator[Block]:
             "seconds": result.seconds,
         }
     )
+    yield from describe_search(result)
     yield Text(
         "The KKT residual is zero at an exact local optimum. The spread is the largest less the "
         "least objective at "
