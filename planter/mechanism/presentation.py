@@ -557,7 +557,8 @@ def format_design_file(
     samples: int | None = None,
 ) -> str:
     """Return the file (TOML) of a document with the values of a search, by path, that it had
-    `before`, and with the goal of the search over `samples` of a cycle, if there are any; comments have lines `head`, and these values.
+    `before`, and with the goal of the search over `samples` of a cycle, if there are any; comments
+    have lines `head`, and these values.
     """
     numbers, table = document.numbers(), document.written_table()
     if goal is not None:

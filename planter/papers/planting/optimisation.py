@@ -142,7 +142,7 @@ def prepare_device_descents(
     )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class DeviceOptimum(OptimiserResult):
     """A device's optimum: `design` x (p,) in SI, with the range and the scatter of the force there.
 
