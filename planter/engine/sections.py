@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
@@ -69,6 +69,9 @@ class GeneticAlgorithm(FileSection):
     """probability that a pair of parents is crossed"""
     mutation_probability: Probability
     """probability that a bit is flipped"""
+    selection: Literal["tournament", "ranking"] | None = None
+    """how parents are chosen: "tournament" of two, the default, or "ranking", linear ranks with
+    stochastic universal sampling"""
 
 
 DEFAULT_GENETIC = GeneticAlgorithm(

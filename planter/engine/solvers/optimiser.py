@@ -1,11 +1,13 @@
 """Genetic algorithm, local searches from several starts, and their combination.
 
 The genetic algorithm encodes each independent parameter as a binary number of `bits_per_variable`
-digits over its box. A generation has `selection_ratio` times the population as offspring, by binary
-tournament, single-point crossover and bit flips; these replace all but the best individuals
-(elitist reinsertion). Wang et al. (2017, 3.4) publish the settings; the tournament, the single
-point and the binary code are our interpretation, with textbook operators (Goldberg 1989, Genetic
-Algorithms in Search, Optimization, and Machine Learning).
+digits over its box. A generation has `selection_ratio` times the population as offspring, by
+selection, single-point crossover and bit flips; these replace all but the best individuals (elitist
+reinsertion). Wang et al. (2017, 3.4) publish the settings; the operators are our interpretation.
+`selection` names how parents are chosen: by binary tournament, the default (Goldberg 1989, Genetic
+Algorithms in Search, Optimization, and Machine Learning), or by linear ranking and stochastic
+universal sampling (Baker 1987, Reducing bias and inefficiency in the selection algorithm), which
+together with the other three are the usual operators of the toolboxes for MATLAB of the time.
 
 The method `ga` is the genetic algorithm, `ipopt` runs local searches from several starts, and
 `hybrid` runs both, adds local searches from the best individuals and returns the best point. With
@@ -47,7 +49,7 @@ from planter.engine.solvers.result import (
     build_result,
 )
 from planter.errors import ComputationError
-from planter.kernels import Array
+from planter.kernels import Array, Integers
 from planter.progress import Listener, ProgressPhase
 from planter.report.labels import count_things
 from planter.task import AUTO, Means, Task
@@ -55,9 +57,17 @@ from planter.task import AUTO, Means, Task
 Bits = NDArray[np.bool_]
 
 
+Selection = Literal["tournament", "ranking"]
+"""How parents are chosen: the better of two drawn at random, or by stochastic universal sampling of
+linear ranks.
+"""
+SELECTIVE_PRESSURE = 2.0
+"""Expected number of offspring's parents that the best of a ranked population is, over the mean."""
+
+
 class GeneticSettings(Protocol):
-    """Size of the population, number of generations, digits of a parameter, shares and
-    probabilities.
+    """Size of the population, number of generations, digits of a parameter, shares, probabilities,
+    and how parents are chosen (None: by tournament).
     """
 
     @property
@@ -72,6 +82,8 @@ class GeneticSettings(Protocol):
     def crossover_probability(self) -> float: ...
     @property
     def mutation_probability(self) -> float: ...
+    @property
+    def selection(self) -> Selection | None: ...
 
 
 @dataclass(frozen=True)
@@ -118,16 +130,13 @@ def breed_offspring(
     """Return chromosomes (count, bits) of the offspring of a population (n, bits) with merits (n,)
     to be minimised.
 
-    Every parent is the better of two individuals drawn at random. Two parents exchange what follows
-    a random digit, with the probability of crossover; then every digit flips with the probability
-    of mutation.
+    Parents are chosen as the settings say. Two parents exchange what follows a random digit, with
+    the probability of crossover; then every digit flips with the probability of mutation.
     """
     pairs = (count + 1) // 2
-    rivals = random.integers(len(chromosomes), size=(2, pairs, 2))
-    winners = np.where(
-        merits[rivals[..., 1]] < merits[rivals[..., 0]], rivals[..., 1], rivals[..., 0]
-    )
-    first, second = chromosomes[winners[0]], chromosomes[winners[1]]
+    select = sample_ranks if settings.selection == "ranking" else hold_tournaments
+    parents = select(random, merits, 2 * pairs).reshape(2, pairs)
+    first, second = chromosomes[parents[0]], chromosomes[parents[1]]
     bits = chromosomes.shape[1]
     cuts = random.integers(1, bits, size=(pairs, 1))
     crosses = random.random((pairs, 1)) < settings.crossover_probability
@@ -136,6 +145,30 @@ def breed_offspring(
         :count
     ]
     return children ^ (random.random(children.shape) < settings.mutation_probability)
+
+
+def hold_tournaments(random: np.random.Generator, merits: Array, count: int) -> Integers:
+    """Return the indices (count,) of parents, each the better of two individuals drawn at random,
+    for merits (n,) to be minimised.
+    """
+    rivals = random.integers(len(merits), size=(count, 2))
+    return np.where(merits[rivals[:, 1]] < merits[rivals[:, 0]], rivals[:, 1], rivals[:, 0])
+
+
+def sample_ranks(random: np.random.Generator, merits: Array, count: int) -> Integers:
+    """Return the indices (count,) of parents in random order by stochastic universal sampling: the
+    expected number of an individual falls linearly from its best to its worst merit (n,), and each
+    is chosen as often as that, rounded down or up.
+    """
+    size = len(merits)
+    ranks = np.empty(size)
+    ranks[np.argsort(merits, kind="stable")] = np.linspace(
+        SELECTIVE_PRESSURE, 2 - SELECTIVE_PRESSURE, size
+    )
+    ends = np.cumsum(ranks) * (count / size)
+    pointers = random.random() + np.arange(count)
+    chosen = np.minimum(np.searchsorted(ends, pointers, side="right"), size - 1)
+    return random.permutation(chosen)
 
 
 def _evaluate(problem: Problem, chromosomes: Bits, length: int) -> Array:
