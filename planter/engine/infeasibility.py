@@ -17,6 +17,10 @@ from planter.files.record import Record
 from planter.files.units import display_unit
 from planter.report.labels import count_things
 
+MARGIN_SHARE = 1e-3
+"""What a limit is missed by differs by more than this share of it from what is missing to the limit
+alone if a margin is to be kept.
+"""
 MOST_BOUNDS = 3
 """Most bounds of a conflict that a sentence names."""
 
@@ -37,7 +41,10 @@ class LimitViolation(Record):
         unit = _format_unit(self.unit)
         if self.value is None or self.limit is None:
             return f"{self.name} by {self.amount:.3g}{unit}"
-        return f"{self.name} by {self.amount:.3g}{unit} ({self.value:.4g} for {self.limit:g}{unit})"
+        is_reached = abs(abs(self.value - self.limit) - self.amount) <= MARGIN_SHARE * self.amount
+        margin = "" if is_reached else " with its margin"
+        pair = f"{self.value:.4g} for {self.limit:g}{unit}{margin}"
+        return f"{self.name} by {self.amount:.3g}{unit} ({pair})"
 
 
 @dataclass(frozen=True)

@@ -147,26 +147,36 @@ def minimise(
     keeper = _Keeper(problem, search, keep, listener)
     search.progress = keeper
     try:
+        return _run(problem, search, keeper, spec, feasible)
+    except KeyboardInterrupt:
+        partial = search.so_far(spec.method)
+        best = None if partial is None else _build_optimum(problem, partial)
+        raise InterruptedSearch(best, None if best is not None else keeper.finish(())) from None
+
+
+def _run(
+    problem: DesignProblem,
+    search: OptimiserRun,
+    keeper: _Keeper,
+    spec: SearchSpec,
+    feasible: Sequence[Array],
+) -> DesignOptimum:
+    """Return the optimum of a search. Raises FailedSearchError as `minimise`."""
+    try:
         result = search.run(spec.method, feasible)
-        return _build_optimum(problem, replace(result, wider=search_wider(problem, result)))
     except NoFeasiblePointError as error:
-        closest = None
-        if search.violations and problem.constraints is not None:
-            closest = relax_single_kind(
-                search.ipopt, problem.constraints, select_smallest_violation(search.violations)
-            )
-        candidate = keeper.finish(error.points if closest is None else [closest.u])
-        if closest is None or candidate is None:
-            raise FailedSearchError(error.message, candidate) from None
-        candidate = replace(candidate, closest=closest)
+        if not search.violations or problem.constraints is None:
+            raise FailedSearchError(error.message, keeper.finish(error.points)) from None
+        smallest = select_smallest_violation(search.violations)
+        closest = relax_single_kind(search.ipopt, problem.constraints, smallest)
+        candidate = keeper.finish([closest.u])
         infeasibility = explain_infeasibility(problem, closest, spec.starts)
+        if candidate is not None:
+            candidate = replace(candidate, closest=closest)
         raise FailedSearchError(str(infeasibility), candidate, infeasibility) from None
     except ComputationError as error:
         raise FailedSearchError(error.message, keeper.finish(())) from None
-    except KeyboardInterrupt:
-        result = search.so_far(spec.method)
-        best = None if result is None else _build_optimum(problem, result)
-        raise InterruptedSearch(best, None if best is not None else keeper.finish(())) from None
+    return _build_optimum(problem, replace(result, wider=search_wider(problem, result)))
 
 
 def _build_optimum(problem: DesignProblem, result: OptimiserResult) -> DesignOptimum:

@@ -4,7 +4,8 @@ wang2017-wide in other sizes.
 Distances between plants of a row: tomato 0.3 to 0.6 m (FAO, Crop information), pepper, cabbage and
 broccoli 12 to 18 inches, lettuce 8 to 12, endive 6 to 8, aubergine 18 (Berkeley Horticultural
 Nursery and Kassenhoff Growers, vegetable seedling spacing), rice 20 cm, 2 to 3 cm deep (PhilRice,
-PalayCheck, how to transplant rice), by machine 16 to 24 cm (Shamshiri et al., International Journal
+PalayCheck, how to transplant rice) or 10 cm, 3 to 4 cm deep (Rice Knowledge Management Portal of
+India), by machine 16 to 24 cm (Shamshiri et al., International Journal
 of Agricultural and Biological Engineering 12, 2019). Depths and heights of vegetable seedlings are
 assumed, as are the plants a minute: 80 to 140 of both sides, for rice 200.
 """
@@ -63,9 +64,7 @@ CROPS = {
     "lettuce": Crop(0.6, 60, 300, 30, (60, 40)),
     "endive": Crop(0.4, 70, 200, 25, (45, 30), mass=1.3),
     "rice": Crop(0.4, 100, 200, 25, (50, 20), mass=0.9),
-    "rice in narrow hills": Crop(
-        0.4, 100, 160, 25, (50, 20), changes=(("ground_speed_ratio_max", 0.05),)
-    ),
+    "rice in narrow hills": Crop(0.4, 100, 100, 30, (50, 20)),
     "aubergine in a hurry": Crop(0.92, 70, 460, 60, (120, 60)),
 }
 INFEASIBLE = {
@@ -106,6 +105,7 @@ def build_table(name: str) -> dict[str, Any]:
         "depth_max_mm": 1.3 * crop.depth_mm,
         "spacing_min_mm": 0.95 * crop.spacing_mm,
         "spacing_max_mm": 1.05 * crop.spacing_mm,
+        "spacing_margin_mm": 0.01 * crop.spacing_mm,
     }
     for key, value in crop.changes:
         limits[key] = value
