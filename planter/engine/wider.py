@@ -68,8 +68,8 @@ def widen_bounds(machine: Machine, x: Array) -> tuple[Array, Array]:
     low = np.where(lower >= 0, np.maximum(low, LEAST_SHARE * lower), low)
     high = np.where(upper <= 0, np.minimum(high, LEAST_SHARE * upper), high)
     for k, index in enumerate(machine.moved):
-        least, greatest = machine.values[index].limits
+        lowest, highest = machine.values[index].limits
         factor = machine.values[index].factor
-        low[k] = low[k] if least is None else max(low[k], least * factor)
-        high[k] = high[k] if greatest is None else min(high[k], greatest * factor)
+        low[k] = low[k] if lowest is None else max(low[k], lowest * factor)
+        high[k] = high[k] if highest is None else min(high[k], highest * factor)
     return np.minimum(low, lower), np.maximum(high, upper)

@@ -111,14 +111,14 @@ class UnfinishedOptimum:
 @dataclass(frozen=True)
 class StatedGoal:
     """The objective and the limits of a machine's file and of a call, in the names of its
-    quantities; `least` is the text of the sum, if it is that of the call, and `holds` those of all
+    quantities; `sum_text` is the text of the sum, if it is that of the call, and `holds` those of all
     limits, for a file in any folder.
     """
 
     machine: Machine
     objective: tuple[Measure, ...]
     limits: tuple[Limit, ...]
-    least: str = ""
+    sum_text: str = ""
     holds: tuple[str, ...] = ()
 
     @classmethod
@@ -133,7 +133,7 @@ class StatedGoal:
         terms = machine.objective if objective is None else parse_sum(objective)
         limits = (*machine.limits, *map(parse_limit, holds))
         machine = extend_span(machine, [*terms, *(limit.measure for limit in limits)])
-        whole = [term.with_whole_paths(machine.source) for term in terms]
+        placed_terms = [term.with_whole_paths(machine.source) for term in terms]
         texts = [
             str(replace(limit, measure=limit.measure.with_whole_paths(machine.source)))
             for limit in limits
@@ -142,7 +142,7 @@ class StatedGoal:
             machine,
             tuple(resolve_measure(machine, measure) for measure in terms),
             tuple(resolve_limit(machine, limit) for limit in limits),
-            "" if objective is None else format_sum(whole),
+            "" if objective is None else format_sum(placed_terms),
             tuple(dict.fromkeys(texts)),
         )
 

@@ -540,8 +540,8 @@ def _enter_goal(
     """
     if not document.states_goals:
         return
-    if goal.least:
-        table["objective"] = {**(table.get("objective") or {}), "least": goal.least}
+    if goal.sum_text:
+        table["objective"] = {**(table.get("objective") or {}), "least": goal.sum_text}
     if samples is not None and "least" in (table.get("objective") or {}):
         table["objective"]["samples"] = samples
     if goal.holds:

@@ -513,8 +513,8 @@ def _format_design_file(
     """Return a machine file (TOML) with another design; `method` says how it was found, `head` are
     comments.
     """
-    own = ("refined", machine.objective.samples)
-    searched = machine.with_numbers({} if sampling in own else {SAMPLES: float(sampling)})
+    usual = ("refined", machine.objective.samples)
+    searched = machine.with_numbers({} if sampling in usual else {SAMPLES: float(sampling)})
     values = {}
     for name, value in design.items():
         lower, upper = machine.bounds[name]

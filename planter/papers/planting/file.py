@@ -314,8 +314,8 @@ class PlantingMachine(Document):
         """The measures of objective.least, none without one. Raises InputError if it cannot be
         parsed.
         """
-        least = self.objective.least
-        return () if least is None else parse_sum(least, f"{self.source}: objective.least =")
+        text = self.objective.least
+        return () if text is None else parse_sum(text, f"{self.source}: objective.least =")
 
     @property
     def limits_motion(self) -> bool:
@@ -328,8 +328,8 @@ class PlantingMachine(Document):
         """
         table = self.table()
         if terms := self.objective_terms:
-            whole = [term.with_whole_paths(self.source) for term in terms]
-            table["objective"]["least"] = format_sum(whole)
+            placed_terms = [term.with_whole_paths(self.source) for term in terms]
+            table["objective"]["least"] = format_sum(placed_terms)
         return with_whole_limits(table, self.measure_limits, self.source)
 
     def check_names(self, names: tuple[str, ...]) -> None:

@@ -22,13 +22,13 @@ from planter.engine.solvers.problem import Problem
 from planter.kernels import Array
 
 
-def build_linear_problem(matrix: Array, least: Array, widths: Array) -> Problem:
-    """Least |x|^2 with matrix x >= least, x in a box from 0 to its widths; steps are 1, 2, 3 ..."""
+def build_linear_problem(matrix: Array, lower: Array, widths: Array) -> Problem:
+    """Least |x|^2 with matrix x >= lower, x in a box from 0 to its widths; steps are 1, 2, 3 ..."""
     count, size = matrix.shape
     x, steps = ca.SX.sym("x", size), np.arange(1.0, count + 1)
     kinds = [NamedConstraint(f"row {k}", step=float(step)) for k, step in enumerate(steps.tolist())]
     rows = ca.DM(matrix / steps[:, None]) @ x
-    bounds = least / steps, np.full(count, np.inf)
+    bounds = lower / steps, np.full(count, np.inf)
     names = tuple(f"x{k}" for k in range(size))
     box = DesignBox.shares(names, np.zeros(size), widths, widths / 2)
     objective = SmoothObjective(SymbolicFunction(x, ca.sumsqr(x)), size)
