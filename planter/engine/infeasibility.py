@@ -1,5 +1,5 @@
-"""What stands in the way of a design that satisfies all limits: what the closest one violates, which
-limits and bounds cannot hold together there, and what relaxes them.
+"""What stands in the way of a design that satisfies all limits: what the closest one violates,
+which limits and bounds cannot hold together there, and what relaxes them.
 """
 
 from __future__ import annotations
@@ -64,9 +64,9 @@ class LimitRelaxation(Record):
 class Infeasibility(Record):
     """Why searches from some `starts` ended without a feasible design, of those that `scope` says.
 
-    `violations` are those of the closest one, `conflict` and `bounds` the limits and the bounds that
-    cannot hold together there, to first order, while all but any one of them can; there are none if
-    the search ended where they are not in conflict to first order.
+    `violations` are those of the closest one, `conflict` and `bounds` the limits and the bounds
+    that cannot hold together there, to first order, while all but any one of them can; there are
+    none if the search ended where they are not in conflict to first order.
     """
 
     starts: int

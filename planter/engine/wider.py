@@ -1,4 +1,4 @@
-"""What wider bounds would bring: an optimum at its bounds is the corner of a box, not of a machine."""
+"""What wider bounds would bring: an optimum at its bounds is a corner of a box, no more."""
 
 from __future__ import annotations
 

@@ -111,8 +111,8 @@ class UnfinishedOptimum:
 @dataclass(frozen=True)
 class StatedGoal:
     """The objective and the limits of a machine's file and of a call, in the names of its
-    quantities; `sum_text` is the text of the sum, if it is that of the call, and `holds` those of all
-    limits, for a file in any folder.
+    quantities; `sum_text` is the text of the sum, if it is that of the call, and `holds` those of
+    all limits, for a file in any folder.
     """
 
     machine: Machine

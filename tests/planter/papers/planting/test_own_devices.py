@@ -1,4 +1,4 @@
-"""Own planting devices are optimised to designs that satisfy their limits, or it is said why not."""
+"""Own planting devices: designs that satisfy their limits, or the reason why there is none."""
 
 from __future__ import annotations
 
