@@ -46,7 +46,7 @@ SAMPLES = 360
 """Angles of a cycle at which curves are compared."""
 LETTERS = ascii_uppercase
 """Names of the machines in tables and figures, in order."""
-UNCOMPARED = ("name", "description", "origin")
+UNCOMPARED = ("name", "description", "origin", "folder")
 """Keys of files that say nothing about a machine."""
 MARGIN = "margin of "
 """Beginning of the names of results that are margins of requirements."""

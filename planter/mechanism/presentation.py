@@ -7,7 +7,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any, Protocol, cast
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from planter.engine import tables
 from planter.engine.drive import Drive
 from planter.engine.machine import Machine
 from planter.engine.sensitivity import SensitivityResult
+from planter.engine.solvers.result import OptimalityCertificate, WiderOptimum
 from planter.files import units
 from planter.files.document import Document, format_lines
 from planter.files.fields import SET
@@ -36,7 +37,7 @@ from planter.mechanism.file import MechanismFile
 from planter.mechanism.model import MechanismCycle, Model
 from planter.mechanism.motion import MechanismMotion, compute_motion
 from planter.mechanism.motion_response import TOLERANCE
-from planter.mechanism.optimisation import MechanismOptimum, UnfinishedOptimum
+from planter.mechanism.optimisation import MechanismOptimum, StatedGoal, UnfinishedOptimum
 from planter.mechanism.results import (
     ChangedStart,
     EnsembleResult,
@@ -493,7 +494,9 @@ def format_optimum_file(optimum: MechanismOptimum) -> str:
     ]
     origin = f"optimised (least {result.least})"
     before = dict(zip(optimum.machine.moved_paths, result.start_design.values(), strict=True))
-    return format_design_file(optimum.machine.document, before, head, origin)
+    return format_design_file(
+        optimum.machine.document, before, head, origin, optimum.goal, result.samples
+    )
 
 
 def write_unfinished(out: Path, unfinished: UnfinishedOptimum) -> None:
@@ -521,7 +524,7 @@ def write_unfinished(out: Path, unfinished: UnfinishedOptimum) -> None:
         f"By planter {__version__}, after {candidate.seconds:.4g} s.",
     ]
     before = dict(zip(machine.moved_paths, unfinished.start_design.values(), strict=True))
-    text = format_design_file(machine.document, before, head, origin)
+    text = format_design_file(machine.document, before, head, origin, unfinished.goal)
     write_file(folder / name, text.encode())
     basis = describe_basis(None, machine.document, files.list_provenance(machine.document))
     files.write_summary(folder / "summary.json", {**unfinished.table(), "finished": False, **basis})
@@ -529,13 +532,37 @@ def write_unfinished(out: Path, unfinished: UnfinishedOptimum) -> None:
         drop_file(folder / CLOSEST_FILE)
 
 
+def _enter_goal(
+    document: Document, table: dict[str, Any], goal: StatedGoal, samples: int | None
+) -> None:
+    """Enter the sum and the limits of a call, and the samples of its search, into the table of a
+    document, if files of its kind may have them.
+    """
+    if not document.states_goals:
+        return
+    if goal.sum_text:
+        table["objective"] = {**(table.get("objective") or {}), "least": goal.sum_text}
+    if samples is not None and "least" in (table.get("objective") or {}):
+        table["objective"]["samples"] = samples
+    if goal.holds:
+        table["requirements"] = {**(table.get("requirements") or {}), "hold": list(goal.holds)}
+
+
 def format_design_file(
-    document: Document, before: Mapping[str, float], head: Sequence[str], origin: str
+    document: Document,
+    before: Mapping[str, float],
+    head: Sequence[str],
+    origin: str,
+    goal: StatedGoal | None = None,
+    samples: int | None = None,
 ) -> str:
     """Return the file (TOML) of a document with the values of a search, by path, that it had
-    `before`; comments have lines `head`, and these values.
+    `before`, and with the goal of the search over `samples` of a cycle, if there are any; comments
+    have lines `head`, and these values.
     """
     numbers, table = document.numbers(), document.written_table()
+    if goal is not None:
+        _enter_goal(document, table, goal, samples)
     moved = [path for path, value in before.items() if numbers[path] != value]
     notes = {path: f"was {before[path]!r} {units.display_unit(path)}".rstrip() for path in moved}
     stated = dict.fromkeys((path for path in document.changed if path not in before), SET_ORIGIN)
@@ -745,7 +772,8 @@ def _list_optimum_sections(result: MechanismOptimumResult) -> Iterator[Section]:
                     if result.samples is None
                     else result.samples,
                 }
-            )
+            ),
+            *describe_search(result),
         ],
     )
     sentences = tables.describe_directions(
@@ -758,6 +786,43 @@ def _list_optimum_sections(result: MechanismOptimumResult) -> Iterator[Section]:
         yield Section("Pareto front of range and variance", [Table(head, points)])
     if result.proof is not None:
         yield Section("Proof", list(describe_proof(result.proof.table())))
+
+
+class _SearchedResult(Protocol):
+    """The part of an optimum's result that says how it was searched for."""
+
+    @property
+    def objective(self) -> float: ...
+    @property
+    def certificate(self) -> OptimalityCertificate: ...
+    @property
+    def searches(self) -> str: ...
+    @property
+    def wider(self) -> WiderOptimum | None: ...
+
+
+def describe_search(result: _SearchedResult) -> Iterator[Text]:
+    """Yield sentences on what a search has run, and on what wider bounds would bring."""
+    if result.searches:
+        yield Text(f"Run: {result.searches}.")
+    if sentence := describe_wider(result):
+        yield Text(sentence)
+
+
+def describe_wider(result: _SearchedResult) -> str:
+    """Return the sentence on the optimum within wider bounds, empty if there is none."""
+    wider = result.wider
+    if wider is None:
+        return ""
+    names = {bound.name for bound in result.certificate.active_bounds}
+    size = len(wider.design)
+    change = wider.objective - result.objective
+    share = f" ({100 * change / abs(result.objective):+.3g} %)" if result.objective else ""
+    again = f"; {wider.active_bounds} of {size} are at a bound again" if change < 0 else ""
+    return (
+        f"Active bounds: {len(names)} of {size}; with bounds twice as wide: objective "
+        f"{wider.objective:.6g}{share}{again}."
+    )
 
 
 def list_limit_sections(limits: Sequence[LimitResult]) -> Iterator[Section]:

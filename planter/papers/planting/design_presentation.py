@@ -20,6 +20,7 @@ from planter.measured.sensor_presentation import (
 from planter.mechanism.presentation import (
     CLOSEST_FILE,
     OPTIMUM_FILE,
+    describe_search,
     format_design_file,
 )
 from planter.papers.planting.design_results import (
@@ -455,6 +456,7 @@ def _describe_certificate(result: OptimisationFound) -> Iterator[Block]:
             "seconds": result.seconds,
         }
     )
+    yield from describe_search(result)
     yield Text(
         "The KKT residual is zero at an exact local optimum. The spread is the largest less the "
         "least objective at "
@@ -511,8 +513,8 @@ def _format_design_file(
     """Return a machine file (TOML) with another design; `method` says how it was found, `head` are
     comments.
     """
-    own = ("refined", machine.objective.samples)
-    searched = machine.with_numbers({} if sampling in own else {SAMPLES: float(sampling)})
+    usual = ("refined", machine.objective.samples)
+    searched = machine.with_numbers({} if sampling in usual else {SAMPLES: float(sampling)})
     values = {}
     for name, value in design.items():
         lower, upper = machine.bounds[name]

@@ -91,7 +91,7 @@ def test_keys_of_a_machine_are_explained() -> None:
     assert list_keys("objective") == ["objective.least", "objective.samples"]
     assert list_keys("hold") == list_keys("requirements.hold") == ["requirements.hold"]
     assert list_keys("a_mm") == ["values.a_mm"]
-    assert len(list_keys("genetic_algorithm")) == 6
+    assert len(list_keys("genetic_algorithm")) == 7
     with pytest.raises(InputError, match="did you mean hold"):
         list_keys("holdd")
 
