@@ -14,6 +14,7 @@ import numpy as np
 from planter.engine import tables
 from planter.engine.drive import Drive
 from planter.engine.machine import Machine
+from planter.engine.measures import Measure, parse_limit
 from planter.engine.sensitivity import SensitivityResult
 from planter.files import units
 from planter.files.document import Document, format_lines
@@ -65,10 +66,12 @@ from planter.report.presentation import (
     ModelAssumptions,
     ResultPresentation,
     describe_basis,
+    describe_failure,
     describe_proof,
     describe_violations,
     list_proof_files,
     list_warning_sections,
+    shorten_failures,
 )
 from planter.version import __version__
 
@@ -96,6 +99,8 @@ LAW_ROUNDING = 1e-8
 """Residual of a law below which it holds, as a share of its scale: rounding is 1e-16, and
 elimination loses digits.
 """
+EXTREME_SHARE = 1e-6
+"""Share within which the value of a limit is that of an extreme, both true ones."""
 UNITS_FIRST = ("N m", "N", "W", "mm", "deg")
 """Units of the quantities that a page opens with, in this order."""
 MOTION_CAPTION = (
@@ -111,15 +116,16 @@ def present_cycle(cycle: MechanismCycle) -> ResultPresentation:
     result, extension = cycle.result, find_extension(cycle.machine)
     title = f"Cycle of {result.machine} in {result.samples} samples"
     sections = [
+        *list_limit_sections(result.holds or ()),
         *extension.list_sections(result),
         *_list_cycle_sections(cycle),
         *list_measurement_sections(result.measurement),
-        *list_limit_sections(result.holds or ()),
     ]
     added = extension.list_parts(result)
     key_figures = [*added.get("key_figures", ()), *_list_cycle_figures(result)]
     parts = {
         "conclusion": _conclude_cycle(result),
+        "failures": list_limit_failures(result.holds or (), result.quantities),
         **added,
         "key_figures": key_figures[:MOST_KEY_FIGURES],
         "captions": {FIGURE: CAPTION, **added.get("captions", {})},
@@ -145,6 +151,7 @@ def present_optimum(optimum: MechanismOptimum) -> ResultPresentation:
         result,
         _list_optimum_sections(result),
         conclusion=_conclude_optimum(result),
+        failures=list_limit_failures(result.holds, {}),
         key_figures=list(_list_optimum_figures(result)),
         texts=lambda: {
             OPTIMUM_FILE: format_optimum_file(optimum),
@@ -308,13 +315,14 @@ def present_motion(motion: MechanismMotion, file: MechanismFile) -> ResultPresen
     title = f"Motion of {file.name} until {result.until_s:g} s"
     violated = [limit.limit_on for limit in result.holds or () if not limit.met]
     conclusion = describe_violations(violated, len(result.holds), "limit") if result.holds else ""
-    sections = [*_list_motion_sections(motion), *list_limit_sections(result.holds or ())]
+    sections = [*list_limit_sections(result.holds or ()), *_list_motion_sections(motion)]
     return _present(
         describe_file(file),
         title,
         result,
         sections,
         conclusion=conclusion,
+        failures=list_limit_failures(result.holds or (), {}),
         key_figures=list(_list_motion_figures(motion)),
         **_draw_motion(title, lambda: motion),
     )
@@ -645,6 +653,12 @@ def _draw_quantities(
 def _list_cycle_sections(cycle: MechanismCycle) -> Iterator[Section]:
     result = cycle.result
     yield from list_warning_sections(result.warnings)
+    if result.at:
+        angle = f"{cycle.machine.angle}_deg"
+        yield Section("At single angles", [tabulate_angles(result.at, angle)])
+    if result.designer is not None:
+        blocks = find_extension(cycle.machine).list_summary_blocks(result.designer)
+        yield Section("Designer's summary", [*blocks, Text(ONE_SIDED, "note")])
     meanings = {quantity.key: quantity.meaning for quantity in cycle.machine.results}
     head = ("quantity", tables.MEANING, "min", "at / deg", "max", "at / deg", "mean", "rms", "unit")
     rows = [
@@ -661,18 +675,14 @@ def _list_cycle_sections(cycle: MechanismCycle) -> Iterator[Section]:
         )
         for key, q in result.quantities.items()
     ]
-    yield Section("Quantities", [Table(head, rows, page_columns=(tables.MEANING,))])
+    table = Table(head, rows, page_columns=(tables.MEANING,))
+    yield Section("Quantities", [table], detail=result.designer is not None)
     if result.work:
-        yield Section("Work of a cycle", [list_values(result.work)])
-    if result.designer is not None:
-        blocks = find_extension(cycle.machine).list_summary_blocks(result.designer)
-        yield Section("Designer's summary", [*blocks, Text(ONE_SIDED, "note")])
-    if result.at:
-        angle = f"{cycle.machine.angle}_deg"
-        yield Section("At single angles", [tabulate_angles(result.at, angle)])
+        yield Section("Work of a cycle", [list_values(result.work)], detail=True)
     if result.laws:
         laws = [(law.law, float(f"{law.violation:.2g}"), law.unit) for law in result.laws]
-        yield Section("Laws", [Table(("law", "largest violation", "unit"), laws)])
+        table = Table(("law", "largest violation", "unit"), laws)
+        yield Section("Laws", [table], detail=True)
 
 
 def _list_motion_sections(motion: MechanismMotion) -> Iterator[Section]:
@@ -727,8 +737,8 @@ def _list_optimum_sections(result: MechanismOptimumResult) -> Iterator[Section]:
         (format_label(key), result.start_design[key], value) for key, value in result.design.items()
     ]
     table = Table(("quantity", "before", "optimum"), rows)
-    yield Section("Optimum", [Text(f"Least {result.least}: {change}."), table])
     yield from list_limit_sections(result.holds)
+    yield Section("Optimum", [Text(f"Least {result.least}: {change}."), table])
     certificate = result.certificate
     yield Section(
         "Certificate",
@@ -747,17 +757,53 @@ def _list_optimum_sections(result: MechanismOptimumResult) -> Iterator[Section]:
                 }
             )
         ],
+        detail=True,
     )
     sentences = tables.describe_directions(
         result.effective_parameters, len(result.design), result.insensitive
     )
-    yield Section("Effective combinations", [Text(sentence) for sentence in sentences])
+    yield Section("Effective combinations", list(map(Text, sentences)), detail=True)
     if result.front:
         points = [(point.range, point.variance, *point.design.values()) for point in result.front]
         head = ("range", "variance", *map(format_label, result.design))
         yield Section("Pareto front of range and variance", [Table(head, points)])
     if result.proof is not None:
-        yield Section("Proof", list(describe_proof(result.proof.table())))
+        yield Section("Proof", list(describe_proof(result.proof.table())), detail=True)
+
+
+def list_limit_failures(
+    limits: Sequence[LimitResult], quantities: Mapping[str, QuantityStatistics]
+) -> list[str]:
+    """Return a sentence for each limit that is violated, with the angle of the extreme that is
+    limited, if `quantities` by key have it.
+    """
+    failures = []
+    for limit in limits:
+        if not limit.met:
+            measure = parse_limit(limit.limit_on).measure
+            is_upper = limit.value is None or limit.value > limit.limit
+            bounds = (None, limit.limit) if is_upper else (limit.limit, None)
+            words = f"{measure.kind} {measure.name}"
+            angle = _find_extreme_angle(measure, limit.value, quantities)
+            failures.append(describe_failure(words, limit.value, bounds, limit.unit, angle))
+    return shorten_failures(failures)
+
+
+def _find_extreme_angle(
+    measure: Measure, value: float | None, quantities: Mapping[str, QuantityStatistics]
+) -> str:
+    """Return the angle at which a quantity has the extreme that a measure is, empty if it is none."""
+    for key, q in quantities.items():
+        if value is not None and measure.name in (key, key.removesuffix(units.unit_suffix(key))):
+            ends = ((q.max, q.max_deg), (q.min, q.min_deg))
+            angles = [
+                angle
+                for extreme, angle in ends
+                if abs(abs(extreme) - abs(value)) <= EXTREME_SHARE * abs(value)
+            ]
+            if measure.kind in ("max", "min", "abs") and angles:
+                return f"{angles[0]:.4g} deg"
+    return ""
 
 
 def list_limit_sections(limits: Sequence[LimitResult]) -> Iterator[Section]:

@@ -387,7 +387,7 @@ def draw(axes: Axes, picture: Picture, moment: int) -> None:
         axes.plot(*path[moment], "o", color=style.PAPER, markeredgecolor=style.INK, markersize=3)
     for label in scene.labels:
         side = {"start": "left", "middle": "center", "end": "right"}[label.anchor]
-        axes.text(label.x, label.y, label.text, ha=side, color=style.SOFT, fontsize=6)
+        axes.text(label.x, label.y, label.text, ha=side, color=style.SOFT, fontsize=7)
 
 
 @style.with_style
