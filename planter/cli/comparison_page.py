@@ -31,7 +31,12 @@ from planter.engine.summary import ROUNDING
 from planter.kernels import Array
 from planter.report import files
 from planter.report.html import Cell, KeyFigure, MarkupCell, Section, Table, Text, escape_markup
-from planter.report.presentation import ResultPresentation, describe_failure, shorten_failures
+from planter.report.presentation import (
+    MOST_KEY_FIGURES,
+    ResultPresentation,
+    describe_failure,
+    shorten_failures,
+)
 from planter.report.style import Panel, draw_panels
 
 if TYPE_CHECKING:
@@ -159,22 +164,31 @@ def _list_failures(comparison: DesignComparison) -> list[str]:
 
 
 def _list_key_figures(comparison: DesignComparison) -> Iterator[KeyFigure]:
-    """Yield the change of the objective or the first other result, satisfied requirements, and
-    changed values.
-    """
+    """Yield the change of the objective, satisfied requirements, and the largest change of a load."""
     result, last = comparison.result, comparison.letters[-1]
     main = list_main_results(comparison, MOST_LOADS)
-    changed = next((row for row in main if row.difference[-1] and row.values[0]), None)
-    if changed is not None:
-        share = _find_share(changed.values[0], changed.difference[-1]) or 0.0
-        percent = f"{share:+.3g} %".replace("-", "\N{MINUS SIGN}")
-        words, _ = _describe_result(comparison, changed.name)
-        yield KeyFigure(percent, "", f"{words}, {last} against A")
+    changed = [row for row in main if row.difference[-1] and row.values[0]]
+    figures = [_describe_change(comparison, row) for row in changed]
     if result.requirements:
         verdicts = list_verdicts(comparison)[-1]
         met = sum(is_met is True for is_met in verdicts.values())
-        yield KeyFigure(f"{met} of {len(verdicts)}", "", f"requirements satisfied by {last}")
-    yield KeyFigure(str(len(result.values)), "", "values of the files differ")
+        count = KeyFigure(f"{met} of {len(verdicts)}", "", f"requirements satisfied by {last}")
+        figures.insert(1, count)
+    yield from figures[:MOST_KEY_FIGURES]
+
+
+def _describe_change(comparison: DesignComparison, row: ComparedResult) -> KeyFigure:
+    """Return the change of a result of the last machine against the first."""
+    last = comparison.letters[-1]
+    share = _find_share(row.values[0], row.difference[-1]) or 0.0
+    percent = f"{share:+.3g} %".replace("-", "\N{MINUS SIGN}")
+    words, _ = _describe_result(comparison, row.name)
+    values = f"A {_shorten(row.values[0])}, {last} {_shorten(row.values[-1])} {row.unit}".rstrip()
+    return KeyFigure(percent, "", f"{words}: {values}")
+
+
+def _shorten(value: float | None) -> str:
+    return "-" if value is None else f"{value:.4g}"
 
 
 def _number(value: float | None) -> str:

@@ -7,6 +7,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cache
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
@@ -125,7 +126,7 @@ def present_cycle(cycle: MechanismCycle) -> ResultPresentation:
     key_figures = [*added.get("key_figures", ()), *_list_cycle_figures(result)]
     parts = {
         "conclusion": _conclude_cycle(result),
-        "failures": list_limit_failures(result.holds or (), result.quantities),
+        "failures": list_cycle_failures(result),
         **added,
         "key_figures": key_figures[:MOST_KEY_FIGURES],
         "captions": {FIGURE: CAPTION, **added.get("captions", {})},
@@ -151,7 +152,7 @@ def present_optimum(optimum: MechanismOptimum) -> ResultPresentation:
         result,
         _list_optimum_sections(result),
         conclusion=_conclude_optimum(result),
-        failures=list_limit_failures(result.holds, {}),
+        failures=list_limit_failures(result.holds),
         key_figures=list(_list_optimum_figures(result)),
         texts=lambda: {
             OPTIMUM_FILE: format_optimum_file(optimum),
@@ -322,7 +323,7 @@ def present_motion(motion: MechanismMotion, file: MechanismFile) -> ResultPresen
         result,
         sections,
         conclusion=conclusion,
-        failures=list_limit_failures(result.holds or (), {}),
+        failures=list_limit_failures(result.holds or ()),
         key_figures=list(_list_motion_figures(motion)),
         **_draw_motion(title, lambda: motion),
     )
@@ -771,39 +772,46 @@ def _list_optimum_sections(result: MechanismOptimumResult) -> Iterator[Section]:
         yield Section("Proof", list(describe_proof(result.proof.table())), detail=True)
 
 
+def list_cycle_failures(result: MechanismCycleResult) -> list[str]:
+    """Return a sentence for each limit that a cycle violates, with the angle of its extreme."""
+    peaks = [] if result.designer is None else result.designer.peaks
+    extremes = {
+        peak.name: ((peak.max, peak.max_phi_deg), (peak.min, peak.min_phi_deg)) for peak in peaks
+    }
+    return list_limit_failures(result.holds or (), extremes)
+
+
+Extremes = tuple[tuple[float, float], tuple[float, float]]
+"""The largest and the least value of a quantity, each with its angle [deg]."""
+
+
 def list_limit_failures(
-    limits: Sequence[LimitResult], quantities: Mapping[str, QuantityStatistics]
+    limits: Sequence[LimitResult], extremes: Mapping[str, Extremes] = MappingProxyType({})
 ) -> list[str]:
     """Return a sentence for each limit that is violated, with the angle of the extreme that is
-    limited, if `quantities` by key have it.
+    limited, if `extremes` by quantity have it.
     """
     failures = []
     for limit in limits:
         if not limit.met:
-            measure = parse_limit(limit.limit_on).measure
-            is_upper = limit.value is None or limit.value > limit.limit
-            bounds = (None, limit.limit) if is_upper else (limit.limit, None)
-            words = f"{measure.kind} {measure.name}"
-            angle = _find_extreme_angle(measure, limit.value, quantities)
+            stated = parse_limit(limit.limit_on)
+            bounds = (None, limit.limit) if stated.sign > 0 else (limit.limit, None)
+            words, angle = str(stated.measure), ""
+            if limit.value is not None and stated.measure.kind in ("max", "min", "all"):
+                ends = extremes.get(stated.measure.name, ())
+                angle = _find_extreme_angle(limit.value, ends)
             failures.append(describe_failure(words, limit.value, bounds, limit.unit, angle))
     return shorten_failures(failures)
 
 
-def _find_extreme_angle(
-    measure: Measure, value: float | None, quantities: Mapping[str, QuantityStatistics]
-) -> str:
-    """Return the angle at which a quantity has the extreme that a measure is, empty if it is none."""
-    for key, q in quantities.items():
-        if value is not None and measure.name in (key, key.removesuffix(units.unit_suffix(key))):
-            ends = ((q.max, q.max_deg), (q.min, q.min_deg))
-            angles = [
-                angle
-                for extreme, angle in ends
-                if abs(abs(extreme) - abs(value)) <= EXTREME_SHARE * abs(value)
-            ]
-            if measure.kind in ("max", "min", "abs") and angles:
-                return f"{angles[0]:.4g} deg"
-    return ""
+def _find_extreme_angle(value: float, ends: Iterable[tuple[float, float]]) -> str:
+    """Return the angle of the extreme that has the size of a value, empty if none has."""
+    angles = [
+        angle
+        for extreme, angle in ends
+        if abs(abs(extreme) - abs(value)) <= EXTREME_SHARE * abs(value)
+    ]
+    return f"{angles[0]:.4g} deg" if angles else ""
 
 
 def list_limit_sections(limits: Sequence[LimitResult]) -> Iterator[Section]:

@@ -518,10 +518,10 @@ pre { background: var(--sunk); border: 1px solid var(--rule); border-radius: 6px
   --warn: #775200; --warn-paper: #fff3d6; --bad: #b3201a; --bad-paper: #fdebe9; }
   html, body { background: #fff; } body { max-width: none; padding: 0; font-size: 10pt; }
   * { print-color-adjust: exact; }
-  nav { display: none; } h2 { break-after: avoid; margin-top: 18px; } figure svg { max-height: 190mm; }
+  nav { display: none; } h2 { break-after: avoid; margin-top: 18px; } figure svg { max-height: 240mm; }
   .conclusion { font-size: 12pt; padding: 8px 12px; margin: 8px 0; } .key-figures { margin: 8px 0; }
   .key-figures dt { font-size: 9pt; }
-  .lead figure svg { max-height: 78mm; }
+  .lead .planter-view svg { max-height: 78mm; }
   .details { break-before: page; margin-top: 0; }
   details::details-content { content-visibility: visible; height: auto; }
   figure, tr, dl > div, .key-figures, .conclusion { break-inside: avoid; }

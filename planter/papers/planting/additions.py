@@ -14,7 +14,7 @@ from planter.engine.summary import CycleSummary, PiecewiseCycle
 from planter.errors import InputError
 from planter.mechanism.extension import CamRequest, MachineExtension
 from planter.mechanism.model import MechanismCycle
-from planter.mechanism.presentation import list_limit_failures
+from planter.mechanism.presentation import list_cycle_failures
 from planter.mechanism.results import (
     MachineValidation,
     MechanismCycleResult,
@@ -170,7 +170,7 @@ class DeviceExtension(MachineExtension):
         return {
             "conclusion": conclusion,
             "failures": [
-                *list_limit_failures(result.holds or (), result.quantities),
+                *list_cycle_failures(result),
                 *shown.list_requirement_failures(self.requirements),
             ],
             "key_figures": [KeyFigure(f"{force.range_N:.3g}", "N", words)],
