@@ -42,6 +42,7 @@ from .bodies import (
     virtual_works,
 )
 from .frames import Frame, Vec, Z, displacement
+from .free_bodies import BodyLoad, build_load_function
 from .statement import MechanismError, Statement, list_places, quantity
 
 LAW = "law_"
@@ -112,9 +113,9 @@ def derive_driven_motion(
     speed: Quantity,
     acceleration: Quantity | None,
     reported: Sequence[str | Quantity] | None,
-) -> tuple[Lane, tuple[ClosedForm, ...]]:
-    """The lane with what is reported (everything, unless told), and the functions that close its
-    loops.
+) -> tuple[Lane, tuple[ClosedForm, ...], list[BodyLoad]]:
+    """The lane with what is reported (everything, unless told), the functions that close its loops
+    and those of drawings, and the loads of which one of these is the function.
 
     Raises MechanismError, LoopError, ChainError or DimensionError where it cannot be derived.
     """
@@ -167,12 +168,15 @@ def derive_driven_motion(
         MESHES, (s for mesh in find_meshes(stated) for s in mesh.lets()), inputs, steps
     )
     roller_functions = build_function(FOLLOWERS, roller_centres(stated, angle), inputs, steps)
-    return lane, (
+    load_functions, loads = build_load_function(stated, (angle, *data, *outputs))
+    functions = (
         *stated.loops.functions(angle, data, stated.named),
         *drawing_functions,
         *mesh_functions,
         *roller_functions,
+        *load_functions,
     )
+    return lane, functions, loads
 
 
 def roller_centres(stated: Statement, angle: Quantity) -> Iterator[Let]:

@@ -479,7 +479,7 @@ class Mechanism(Joints):
         """
         self.refuse_shared_names()
         if self.angle is not None and self.speed is not None:
-            lane, functions = derive_driven_motion(
+            lane, functions, loads = derive_driven_motion(
                 self, self.angle, self.speed, self.acceleration, reported
             )
             return System(
@@ -496,6 +496,7 @@ class Mechanism(Joints):
                     tag: (inner.name, outer.name) for tag, (inner, outer, _) in self.meshing.items()
                 },
                 supports=self.name_supports(lane.outputs.quantities),
+                loads=tuple(load.describe() for load in loads),
             )
         functions, added_inertia = derive_free_motion(self, TIME, reported)
         return System(

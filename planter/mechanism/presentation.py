@@ -15,7 +15,7 @@ import numpy as np
 from planter.engine import tables
 from planter.engine.drive import Drive
 from planter.engine.machine import Machine
-from planter.engine.measures import Measure, parse_limit
+from planter.engine.measures import parse_limit
 from planter.engine.sensitivity import SensitivityResult
 from planter.files import units
 from planter.files.document import Document, format_lines

@@ -284,7 +284,9 @@ def count_lines(block: Block) -> int:
 
 def _count_row_lines(row: Sequence[Cell], share: float) -> int:
     """Return the lines of a row: long texts are given about twice the `share` of letters."""
-    return max((1 + int(len(cell) / (2 * share)) for cell in row if isinstance(cell, str)), default=1)
+    return max(
+        (1 + int(len(cell) / (2 * share)) for cell in row if isinstance(cell, str)), default=1
+    )
 
 
 def escape_markup(text: str) -> str:

@@ -73,9 +73,7 @@ def heavier(tmp_path_factory: pytest.TempPathFactory) -> str:
 
 
 @pytest.mark.parametrize("command", ["simulate device", "simulate crank", "diff", "gears"])
-def test_main_part_has_three_sheets(
-    command: str, crank: str, heavier: str, tmp_path: Path
-) -> None:
+def test_main_part_has_three_sheets(command: str, crank: str, heavier: str, tmp_path: Path) -> None:
     words = {
         "simulate device": ("simulate", "wang2017-wide"),
         "simulate crank": ("simulate", crank),
