@@ -7,7 +7,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from sympy import Expr, S
+from sympy import Expr, Integer
 
 from ..model import ClosedForm, Let, build_function, let, needed
 from ..quantity import Quantity, Vector
@@ -17,6 +17,8 @@ from .statement import Statement, quantity
 
 LOADS = "loads"
 """The function of the loads on all bodies."""
+TEETH = "F_"
+"""Beginning of the names of teeth's actions, before the tag of their mesh."""
 PARTS = {"F": "N", "M": "N m"}
 """Units of the components of forces and of moments."""
 
@@ -24,7 +26,9 @@ PARTS = {"F": "N", "M": "N m"}
 @dataclass(frozen=True)
 class BodyLoad:
     """A force at a point and a moment on a body, along the axes of the world; ``by`` is empty for
-    weight and inertia. A ``common`` load acts once on a body that equal sides share.
+    weight and inertia.
+
+    On a body that equal sides share, a load that acts ``twice`` has its like half a turn behind.
     """
 
     name: str
@@ -34,7 +38,7 @@ class BodyLoad:
     place: Vec
     force: Vec
     moment: Vec
-    common: bool = False
+    twice: bool = False
 
     def list_components(self, number: int, axes: Sequence[str]) -> Iterator[Let]:
         """Yield ``load_NUMBER_x`` and its like [m], ``load_NUMBER_Fx`` [N], ``load_NUMBER_Mz``
@@ -61,7 +65,7 @@ class BodyLoad:
             "by": self.by,
             "point": self.point,
         }
-        return texts | ({"common": True} if self.common else {})
+        return texts | ({"twice": True} if self.twice else {})
 
 
 def list_loads(stated: Statement) -> list[BodyLoad]:
@@ -74,26 +78,40 @@ def _list_body_loads(stated: Statement, body: Body) -> Iterator[BodyLoad]:
     world, shared = stated.world, body in stated.shared
     for action in stated.assembly.actions:
         if sign := action.sign(body):
+            at, force, moment = _find_wrench(stated, action)
             yield BodyLoad(
                 action.name,
                 body.name,
                 (action.by if action.on == body else action.on).name,
-                action.at.name,
-                _locate(stated, action.at),
-                S(sign) * action.force.resolved(world),
-                S(sign) * action.moment.resolved(world),
-                shared and action in stated.common,
+                at.name,
+                _locate(stated, at),
+                Integer(sign) * force,
+                Integer(sign) * moment,
+                shared and action not in stated.common,
             )
     for number, part in enumerate(body.parts, 1):
         suffix = f" {number}" if len(body.parts) > 1 else ""
         place, name = _locate(stated, part.centroid), part.centroid.name
         gravity = stated.assembly.gravity.resolved(world)
         weight, still = part.mass * gravity, zero(world)
-        yield BodyLoad(f"weight{suffix}", body.name, "", name, place, weight, still, shared)
+        yield BodyLoad(f"weight{suffix}", body.name, "", name, place, weight, still)
         inertia = -part.mass * stated.motion.acceleration(part.centroid, world)
         rate = stated.motion.momentum_rate(part.tensor, body.frame).resolved(world)
-        moment = -S.One * rate
-        yield BodyLoad(f"inertia{suffix}", body.name, "", name, place, inertia, moment, shared)
+        moment = -rate
+        yield BodyLoad(f"inertia{suffix}", body.name, "", name, place, inertia, moment)
+
+
+def _find_wrench(stated: Statement, action: Action) -> tuple[Point, Vec, Vec]:
+    """Return point, force and moment of an action; those of teeth act at their pitch point, where
+    the moment about a shaft that the statement has vanishes.
+    """
+    force, moment = action.force.resolved(stated.world), action.moment.resolved(stated.world)
+    tag = action.name.removeprefix(TEETH)
+    if not action.name.startswith(TEETH) or tag not in stated.rolling:
+        return action.at, force, moment
+    *_, pitch = stated.rolling[tag]
+    arm = _locate(stated, action.at) - _locate(stated, pitch)
+    return pitch, force, moment + arm.cross(force)
 
 
 def _locate(stated: Statement, point: Point) -> Vec:
@@ -121,6 +139,3 @@ def build_load_function(
         return (), []
     state = Vector("state", tuple(symbol for symbol in given if symbol in free))
     return build_function(LOADS, components, (state,), named), loads
-
-
-__all__ = ["LOADS", "Action", "BodyLoad", "build_load_function", "list_loads"]

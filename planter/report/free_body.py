@@ -28,7 +28,10 @@ POINT_SHARE = 0.1
 """Size of a body with a single point, relative to the extent of the machine."""
 ROUND = (1, 2, 5, 10)
 """First digits of lengths of scales."""
-ACROSS = "across the plane"
+NORMAL = np.array([0.0, 0.0, 1.0])
+"""Axis across the plane."""
+ACROSS = "z"
+"""Name of the component across the plane."""
 
 
 @dataclass(frozen=True)
@@ -52,11 +55,15 @@ class BodyLoad:
 
 @dataclass(frozen=True)
 class FreeBody:
-    """A body with all loads on it, and its outlines (k, 2) [mm] if its shape is known."""
+    """A body with all loads on it, and its outlines (k, 2) [mm] if its shape is known.
+
+    Of an `is_flat` one places are known in the plane only, so that moments are about its normal.
+    """
 
     name: str
     loads: Sequence[BodyLoad]
     outlines: Sequence[Outline] = ()
+    is_flat: bool = False
 
     @property
     def force_sum(self) -> Array:
@@ -68,12 +75,18 @@ class FreeBody:
         """Sum of all moments (3,) [N m] about the place of the first load, zero up to rounding."""
         about = self.loads[0].place
         arms = (np.cross(load.place - about, load.force) + load.moment for load in self.loads)
-        return np.sum(list(arms), axis=0)
+        total = np.sum(list(arms), axis=0)
+        return total * NORMAL if self.is_flat else total
 
     @property
     def largest_force(self) -> float:
         """Size of the largest force [N]."""
         return max(float(np.linalg.norm(load.force)) for load in self.loads)
+
+    @property
+    def largest_drawn(self) -> float:
+        """Size of the largest force in the plane [N]."""
+        return max(float(np.hypot(*load.force[:2])) for load in self.loads)
 
     @property
     def largest_moment(self) -> float:
@@ -83,6 +96,7 @@ class FreeBody:
             float(np.linalg.norm(moment))
             for load in self.loads
             for moment in (load.moment, np.cross(load.place - about, load.force))
+            for moment in (moment * NORMAL if self.is_flat else moment,)
         )
 
 
@@ -106,7 +120,7 @@ class FreeBodies:
         corners = np.vstack([outline.points for outline in shape])
         extent = float(np.ptp(corners, axis=0).max())
         scene = build_still_scene(body.name, [Body(body.name, shape)])
-        scale = LONGEST * extent / (body.largest_force or 1.0)
+        scale = LONGEST * extent / (body.largest_drawn or 1.0)
         marks = [*_list_arrows(body, scale), *_list_couples(body, extent)]
         low = np.vstack([corners, *(mark.outline() for mark in marks)]).min(axis=0)
         start = np.array([corners[:, 0].min(), low[1] - 0.12 * extent])
@@ -122,8 +136,9 @@ def _to_file_name(name: str) -> str:
 def _outline_points(body: FreeBody, extent: float) -> Outline:
     """Return a body by the points at which loads act: a bar, a polygon, or a block about one."""
     places = 1e3 * np.array([load.place[:2] for load in body.loads])
-    _, first = np.unique(np.round(places, 6), axis=0, return_index=True)
-    points = places[np.sort(first)]
+    points = np.unique(np.round(places, 6), axis=0)
+    around = points - points.mean(axis=0)
+    points = points[np.argsort(np.arctan2(around[:, 1], around[:, 0]))]
     if np.ptp(points, axis=0).max() > POINT_SHARE * extent:
         return Outline(points, "body", closed=len(points) > 2)
     half = POINT_SHARE * extent / 2
@@ -136,10 +151,10 @@ def _list_arrows(body: FreeBody, scale: float) -> list[Mark]:
     arrows: list[Mark] = []
     for load in body.loads:
         size = float(np.linalg.norm(load.force))
-        if size > LEAST_SHARE * body.largest_force:
-            words = f"{load.words}: {size:.3g} N"
-            share = abs(load.force[2]) / size
-            words += f", {load.force[2]:.3g} N {ACROSS}" if share > LEAST_SHARE else ""
+        if size > LEAST_SHARE * body.largest_drawn:
+            words = f"{load.words}: {np.hypot(*load.force[:2]):.3g} N"
+            if abs(load.force[2]) > LEAST_SHARE * body.largest_force:
+                words += f", {ACROSS} {load.force[2]:.3g} N".replace("-", "\N{MINUS SIGN}")
             place, vector = 1e3 * load.place[:2], scale * load.force[:2]
             arrows.append(Arrow([load.name], place, vector, words, _choose_colour(load)))
     return arrows

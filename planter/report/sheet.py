@@ -271,8 +271,8 @@ def draw_figure(sheet: Sheet) -> Figure:
 
 
 def _list_texts(mark: Mark) -> Sequence[str]:
-    """Return what stands in the column of a mark, as typed."""
-    return [mark.text] if isinstance(mark, Arrow | Couple) else mark.names
+    """Return what stands in the column of a mark, without the signs of mathtext."""
+    return [re.sub(r"[$_{}]", "", mark.text)] if isinstance(mark, Arrow | Couple) else mark.names
 
 
 def _frame(sheet: Sheet) -> Frame:
