@@ -294,8 +294,9 @@ def animate(
     if suffix != ".gif" and suffix not in VIDEO_CODECS:
         raise InputError(f"--out {path}: name a folder, or a file that ends in .gif, .mp4 or .webm")
     check_files(path.parent, [path.name])
-    files.write_bytes(path, render_animation(scene, options, suffix))
-    return Animated(str(path), machine.name, model_name)
+    content, (frames, rate) = render_animation(scene, options, suffix), options.count_frames(scene)
+    files.write_bytes(path, content)
+    return Animated(str(path), machine.name, model_name, frames, frames / rate, len(content))
 
 
 def gif(scene: Scene, seconds: float | None = None) -> bytes:
