@@ -97,7 +97,7 @@ def _law(name: str, unit: str, meaning: str, vanishes: Expr) -> Let:
     return let(quantity(f"{LAW}{name}", unit, f"{meaning}{VANISHES}"), vanishes)
 
 
-FOLLOWERS = "followers"
+FOLLOWERS, ELEMENTS = "followers", "elements"
 
 
 @dataclass(frozen=True)
@@ -164,6 +164,12 @@ def derive_driven_motion(
         inputs,
         _point_sources(stated),
     )
+    element_functions = build_function(
+        ELEMENTS,
+        (s for name, e in stated.elements.items() for s in e.list_components(name, stated.axes)),
+        inputs,
+        _point_sources(stated),
+    )
     mesh_functions = build_function(
         MESHES, (s for mesh in find_meshes(stated) for s in mesh.lets()), inputs, steps
     )
@@ -172,6 +178,7 @@ def derive_driven_motion(
     functions = (
         *stated.loops.functions(angle, data, stated.named),
         *drawing_functions,
+        *element_functions,
         *mesh_functions,
         *roller_functions,
         *load_functions,

@@ -20,6 +20,7 @@ from ..quantity import (
     Quantity,
     dimension,
     quantities,
+    word,
 )
 from .bodies import AXES
 from .driven_motion import Sides, derive_driven_motion, derive_twin_lane
@@ -497,6 +498,7 @@ class Mechanism(Joints):
                 },
                 supports=self.name_supports(lane.outputs.quantities),
                 loads=tuple(load.describe() for load in loads),
+                elements={word(name): e.kind for name, e in self.elements.items()},
             )
         functions, added_inertia = derive_free_motion(self, TIME, reported)
         return System(

@@ -596,7 +596,13 @@ def _draw_cycle(
         if cycle.places:
             axis = PlotAxis.from_cycle(cycle)
             scene = drawing.build_scene(
-                title, axis, cycle.seconds, cycle.columns, cycle.places, cycle.machine
+                title,
+                axis,
+                cycle.seconds,
+                cycle.columns,
+                cycle.places,
+                cycle.machine,
+                cycle.drawn,
             )
             yield MotionBlock(scene, MOTION_CAPTION)
 

@@ -142,8 +142,9 @@ class Picture:
     def _points(self) -> Iterator[str]:
         size = format_number(self.frames[0].width / 160)
         for k, (point, path) in enumerate(zip(self.scene.points, self.paths, strict=True)):
+            radius = "0" if point.hidden else size
             attributes = (
-                f'cx="{format_number(path[0, 0])}" cy="{format_number(path[0, 1])}" r="{size}"'
+                f'cx="{format_number(path[0, 0])}" cy="{format_number(path[0, 1])}" r="{radius}"'
             )
             yield (
                 f'<circle data-point="{k}" '

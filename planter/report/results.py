@@ -24,7 +24,9 @@ class Animated(Record):
 
     def describe(self) -> str:
         """Return the sentence that the terminal prints."""
-        size = f"{self.bytes / 1e6:.1f} MB" if self.bytes >= MEGABYTE else f"{self.bytes // 1000} kB"
+        size = (
+            f"{self.bytes / 1e6:.1f} MB" if self.bytes >= MEGABYTE else f"{self.bytes // 1000} kB"
+        )
         return (
             f"{self.file}: {self.machine} over a cycle, {self.frames} frames in "
             f"{self.seconds:.3g} s, {size}, {self.model} model."
