@@ -151,6 +151,8 @@ def test_single_side_module_has_no_composed_functions(folder: Path) -> None:
         "assembly",
         "closure",
         "places",
+        "elements",
+        "loads",
     ]
     assert list(described["vectors"]) == ["data", "loops", "outputs", "start", "gaps", "places"]
     assert "callables" not in described
