@@ -61,7 +61,7 @@ check-generated: $(VENV)/.derive  ## derive again into a temporary folder, compa
 	$(BIN)/python -m derive --check
 
 bench: $(VENV)/.bench  ## time every way to evaluate a turn, write bench.json and the tables to out/
-	$(BIN)/planter bench --out $(OUT)
+	$(BIN)/planter about bench --out $(OUT)
 
 lint: $(VENV)/.complete  ## format check, lint, types; sizes and names, which may only fall
 	$(BIN)/ruff format --check

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
 from typing import Literal, TypeVar
 
@@ -83,7 +83,8 @@ class Equation:
     ``defines`` names the only symbol that a definition may be solved for; a balance may be solved
     for any. ``stated`` says that a derived equation holds by the meaning of its symbols. Of a
     transcription, ``rebuilt`` lists illegible pieces that were completed, ``witnesses`` are printed
-    values that it must give. ``where`` is the condition under which a derived equation holds.
+    values that it must give, ``typed`` is it in the order and with the signs of the print. ``where``
+    is the condition under which a derived equation holds.
     """
 
     number: str
@@ -97,6 +98,7 @@ class Equation:
     rebuilt: tuple[str, ...] = ()
     witnesses: tuple[Witness, ...] = ()
     where: Basic = true
+    typed: str = field(default="", compare=False)
 
     @property
     def stands_alone(self) -> bool:

@@ -17,6 +17,8 @@ from importlib.util import find_spec
 from pathlib import Path
 from types import ModuleType
 
+from planter import menu
+
 GROUP = "planter.machines"
 """Group of entry points by which an installed package adds a machine: the machine's name, and the
 package.
@@ -72,7 +74,7 @@ def _has_module(package: str, name: str) -> bool:
 
 
 def list_commands(name: str) -> list[str]:
-    """Return the names of the commands and command groups of a package, given by its short name."""
+    """Return the words of the commands and command groups of a package, given by its short name."""
     package = find_packages()[name]
     app = next(
         module.app
@@ -80,7 +82,8 @@ def list_commands(name: str) -> list[str]:
         if module.__name__ == f"{package}.commands"
     )
     commands = [command.name or command.callback.__name__ for command in app.registered_commands]
-    return [*commands, *(group.name for group in app.registered_groups)]
+    names = [*commands, *(group.name for group in app.registered_groups)]
+    return [" ".join(menu.current_words([name])) for name in names]
 
 
 @cache

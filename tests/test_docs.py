@@ -17,6 +17,7 @@ import pytest
 
 import derive
 import planter
+from planter import menu
 from planter.audit import verdicts
 from planter.cli import dictionary
 from planter.cli.references import load_references
@@ -114,8 +115,10 @@ def helps() -> dict[str, str]:
 
 
 def unknown(words: list[str], helps: dict[str, str]) -> list[str]:
-    """What a call names that there is not: the command, or options of it."""
-    name = next((index for index in (" ".join(words[:2]), words[0]) if index in helps), None)
+    """What a call names that there is not: the command, by an earlier name too, or options of it."""
+    present = menu.current_words(words)
+    names = (" ".join(present[:count]) for count in (3, 2, 1))
+    name = next((index for index in names if index in helps), None)
     if name is None:
         return words[:1]
     return [
@@ -151,7 +154,7 @@ def test_record_of_the_study_equals_its_inputs(monkeypatch: pytest.MonkeyPatch) 
     monkeypatch.chdir(STUDY.parent)
     space: dict[str, Any] = {}
     outputs = cells(STUDY)
-    set_up, inputs, recorded, speeds = (outputs[index] for index in (0, 1, 3, 6))
+    set_up, inputs, recorded, speeds = (outputs[index] for index in (0, 1, 3, 7))
     for cell in (set_up, inputs, recorded, speeds):
         exec(compile(cell, STUDY.name, "exec"), space)
     rows = {"constant_speed": "steady", "rippling_speed": "rippling", "backlash": "backlash"}
@@ -276,7 +279,7 @@ def test_drawings_have_a_row_for_every_symbol_on_them() -> None:
 
 def test_every_model_is_documented_with_assumptions() -> None:
     page = models.page()
-    assert set(generated.names()) - set(models.names()) == {"audit", "audit_mathml"}
+    assert set(generated.names()) - set(models.names()) == {"audit", "audit_mathml", "verdicts"}
     for name in models.names():
         assert f"## `{name}`\n" in page
         assert all(

@@ -1,5 +1,5 @@
-"""README.md and its Chinese version: pictures are those that commands draw, the first lines print
-what they say.
+"""README.md, its Chinese version and the pages of questions: short, with pictures that commands draw
+and lines that print what they say.
 """
 
 import doctest
@@ -16,8 +16,14 @@ from tests.support.structure import ROOT
 TEXT, CHINESE = (
     (ROOT / name).read_text(encoding="utf-8") for name in ("README.md", "README.zh-CN.md")
 )
+USE, TRIAL, INDEX, DEVICE = (
+    (ROOT / "docs" / f"{name}.md").read_text(encoding="utf-8")
+    for name in ("use", "trial", "index", "device")
+)
 OTHERS = {"notebook.png", "front.png", "experiment.png"}
 """Pictures of a notebook in a browser, and of docs/studies, which no command draws."""
+PICTURE = re.compile(r"!\[[^\]]*\]\((?:docs/)?([\w./]+\.(?:png|gif))\)")
+MOST_WORDS = 500
 QUICK = ("pictures/symbols.png", "support_force.png")
 LINK = re.compile(r"\]\(([^)#:]+)[^)]*\)")
 
@@ -38,13 +44,20 @@ def failures(text: str) -> int:
     return doctest.DocTestRunner(verbose=False).run(test, out=lambda _: None).failed
 
 
-@pytest.mark.parametrize("text", [TEXT, CHINESE], ids=["English", "Chinese"])
-def test_pictures_equal_drawn_ones(text: str) -> None:
-    names = set(re.findall(r"docs/([\w./]+\.(?:png|gif))", text)) - OTHERS
+def test_pictures_are_those_that_commands_draw() -> None:
+    names = set(PICTURE.findall(TEXT + CHINESE + USE + INDEX + DEVICE)) - OTHERS
     small = {f"{SMALL}{path.name}" for path in (FOLDER / SMALL).iterdir()}
     assert small == {name for name in PICTURES if name.startswith(SMALL)}
-    assert small <= names <= set(PICTURES)
+    assert names == set(PICTURES)
     assert sum((FOLDER / name).stat().st_size for name in names) < 1_000_000
+
+
+def test_first_page_is_short() -> None:
+    assert len(TEXT.split()) <= MOST_WORDS
+    assert len(PICTURE.findall(TEXT)) == len(PICTURE.findall(CHINESE)) == 1
+    commands = [line for line in TEXT.splitlines() if line.startswith("    planter ")]
+    assert commands
+    assert all(line.split("#")[0].strip() in CHINESE for line in commands)
 
 
 @pytest.mark.parametrize(
@@ -58,8 +71,8 @@ def test_picture_equals_command_output(name: str, tmp_path: Path) -> None:
 
 
 def test_first_lines_print_shown_output() -> None:
-    assert failures(TEXT) == 0
-    assert failures(TEXT.replace("range 3.13 N", "range 3.14 N")) == 1
+    assert failures(USE) == 0
+    assert failures(USE.replace("range 3.13 N", "range 3.14 N")) == 1
 
 
 def test_chinese_version_has_the_same_code_and_commands() -> None:
@@ -73,12 +86,13 @@ def test_chinese_version_has_the_same_code_and_commands() -> None:
     commands = set(re.findall(r"`(planter [^`]+)`", CHINESE))
     assert commands
     assert commands <= set(re.findall(r"`(planter [^`]+)`", TEXT))
-    assert all((ROOT / link).exists() for link in LINK.findall(CHINESE))
+    for text in (TEXT, CHINESE):
+        assert all((ROOT / link).exists() for link in LINK.findall(text))
 
 
 def test_paper_table_equals_audit() -> None:
     page = (ROOT / "generated" / "AUDIT.md").read_text(encoding="utf-8").split("\n## ")[0]
     rows = [line for line in page.splitlines() if line.startswith("| ")]
     assert len(rows) == 5
-    words = " ".join(TEXT.split())
+    words = " ".join(TRIAL.split())
     assert all(" ".join(row.split()) in words for row in rows)

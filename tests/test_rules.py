@@ -44,9 +44,10 @@ READING = {
     "text_files.py": "the door",
     "audit/numbers.py": "printed numbers of installed rooms",
     "cli/benchmark.py": "copies this program itself",
-    "cli/commands.py": "topics of this program",
+    "cli/guide.py": "topics of this program",
     "cli/references.py": "references of installed packages",
     "report/folder.py": "the lock of a folder, opened without following links",
+    "files/documents.py": "pages and examples of this program",
     "files/examples.py": "files that installed rooms bring",
     "exports/fmi.py": ("files of this program, a library that was compiled a moment before"),
     "kernels/builds.py": "/proc of processes that compile",
@@ -394,4 +395,4 @@ def test_every_generated_model_is_used() -> None:
     }
     composed = {name for name in complete if 'f"' + name.rpartition("_")[0] + "_{" in text}
     composed |= {name for name in complete if f'"{name.partition("_")[0]}_"' in text}
-    assert complete - composed - {"audit", "audit_mathml"} == set()
+    assert complete - composed - {"audit", "audit_mathml", "verdicts"} == set()

@@ -89,6 +89,7 @@ def test_root_has_only_the_interface_and_the_foundation() -> None:
         "__main__",
         "errors",
         "jobs",
+        "menu",
         "paths",
         "plugins",
         "progress",

@@ -148,7 +148,7 @@ FREE = {
     column.name: column
     for column in (
         FreeColumn("manipulator", "elbow", "values.k_2_Nm", time=0.4),
-        FreeColumn("andrews", "a3", "values.mom_Nm", time=0.01),
+        FreeColumn("andrews", "beta", "values.mom_Nm", time=0.01),
         FreeColumn("whipple", "rear_spin", "values.v_m_s", time=0.3),
     )
 }

@@ -7,6 +7,8 @@ that is linked.
 
 import json
 import os
+import re
+import shlex
 import shutil
 import subprocess
 import sys
@@ -52,7 +54,9 @@ def test_wheel_contains_generated_code_and_derivation(wheel: Path) -> None:
         "derive/papers/planting/derivation.py",
         "derive/papers/wang2017.py",
     } <= names
-    assert not [name for name in names if name.startswith(("generated/", "tests/"))]
+    assert {"planter/docs/measures.md", "planter/docs/examples/slider_crank.py"} <= names
+    assert not [name for name in names if name.startswith(("generated/", "tests/", "docs/"))]
+    assert not [name for name in names if name.startswith("planter/docs/") and "/book/" in name]
 
 
 def test_wheel_derives_user_file(wheel: Path, tmp_path: Path) -> None:
@@ -159,6 +163,18 @@ def test_the_wheel_optimises_in_an_empty_environment(
     assert result["certificate"]["kkt_residual"] < 1e-6
 
 
+def test_templates_and_pages_are_in_the_wheel(environment: Path, tmp_path: Path) -> None:
+    """Without SymPy, which the words of statements do not need."""
+    written = read(run(tmp_path, environment / "planter", "new", "slider-crank", "--json"))
+    statement = (ROOT / "docs" / "examples" / "slider_crank.py").read_bytes()
+    assert (tmp_path / written["files"][0]).read_bytes() == statement
+    index = read(run(tmp_path, environment / "planter", "help", "--json"))
+    for name in ("m.pin", "measures"):
+        assert name in index["words"] | index["pages"]
+        text = read(run(tmp_path, environment / "planter", "help", name, "--json"))["text"]
+        assert len(text.splitlines()) > 3
+
+
 @pytest.fixture(scope="module")
 def examples(
     wheel: Path, environment: Path, fetched: bool, tmp_path_factory: pytest.TempPathFactory
@@ -216,6 +232,23 @@ def test_every_example_is_run_here() -> None:
     assert {path.stem for path in EXAMPLES.glob("*.py")} == {*MECHANISMS, *OTHERS, *own.LIBRARY}
 
 
+def test_doors_of_the_first_page_open(environment: Path, examples: Path, tmp_path: Path) -> None:
+    """Word for word, one after the other in an empty folder; the studio is served until it ends."""
+    page = (ROOT / "README.md").read_text(encoding="utf-8")
+    calls = [line.split("#")[0] for line in page.splitlines() if line.startswith("    planter ")]
+    assert [call.split()[1] for call in calls][:2] == ["new", "derive"]
+    for call in calls:
+        name, *words = shlex.split(call)
+        if "studio" not in words:
+            done = run(tmp_path, environment / name, *words)
+            assert done.returncode == 0, (call, done.stderr)
+    best = read(run(tmp_path, environment / "planter", "simulate", "best/optimum.toml", "--json"))
+    assert best["quantities"]["M_in_Nm"]["max"] < 0.2
+    assert (tmp_path / "trial" / "report.html").is_file()
+    for name in re.findall(r"`planter (--help|doctor)`", page):
+        assert run(tmp_path, environment / "planter", name).stdout
+
+
 def test_user_file_runs_from_wheel(environment: Path, examples: Path) -> None:
     content = read(
         run(
@@ -234,7 +267,7 @@ def test_user_file_runs_from_wheel(environment: Path, examples: Path) -> None:
         run(
             examples,
             environment / "planter",
-            "turn",
+            "simulate",
             "alone/slider_crank.toml",
             "--json",
             "--set",
@@ -250,13 +283,15 @@ def test_user_file_runs_from_wheel(environment: Path, examples: Path) -> None:
 def test_an_example_turns_and_is_optimised_from_the_wheel(
     name: str, environment: Path, derived: Path
 ) -> None:
-    turn = read(run(derived, environment / "planter", "turn", name, "--samples", "36", "--json"))
+    turn = read(
+        run(derived, environment / "planter", "simulate", name, "--samples", "36", "--json")
+    )
     assert max(law["violation"] for law in turn["laws"]) < 1e-9
     options = ("--least", TURNED[name], "--starts", "1", "--out", f"best {name}", "--json")
     best = read(run(derived, environment / "planter", "optimise", name, *options))
     assert best["objective"] < best["start_objective"]
     again = read(
-        run(derived, environment / "planter", "turn", f"best {name}/optimum.toml", "--json")
+        run(derived, environment / "planter", "simulate", f"best {name}/optimum.toml", "--json")
     )
     assert again["machine"] == turn["machine"]
 
@@ -266,7 +301,7 @@ def test_an_example_moves_by_itself_from_the_wheel(
     name: str, environment: Path, derived: Path
 ) -> None:
     options = ("--until", MOVED[name], "--points", "5", "--json")
-    result = read(run(derived, environment / "planter", "move", name, *options))
+    result = read(run(derived, environment / "planter", "simulate", name, *options))
     assert result["until_s"] == float(MOVED[name])
     assert result["redundant_constraints"] == 0
 

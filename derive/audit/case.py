@@ -340,11 +340,22 @@ class Case:
 
     def _read(self, number: str, choice: Choice) -> Expr:
         printed = self.paper.equations[number].residual if choice.text is None else choice.text
-        residual = printed.xreplace({**self.symbol_meanings(number), **choice.printed})
-        zero = self.subject.zero()
-        if not residual.free_symbols & zero.keys() or self.lifted(number) is None:
-            return residual
-        return residual.xreplace(dict.fromkeys(zero, sp.S.Zero))
+        return printed.xreplace(self.find_meanings(number, choice))
+
+    def find_meanings(self, number: str, choice: Choice) -> dict[sp.Symbol, Expr]:
+        """Return what the printed symbols of an equation stand for under a reading: zero, where an
+        assumption makes a quantity vanish.
+        """
+        meanings = {**self.symbol_meanings(number), **choice.printed}
+        zeros = dict.fromkeys(self.subject.zero(), sp.S.Zero)
+        if self.lifted(number) is None:
+            return meanings
+        return zeros | {symbol: meant.xreplace(zeros) for symbol, meant in meanings.items()}
+
+    @cached_property
+    def definitions(self) -> Mapping[sp.Symbol, Expr]:
+        """Quantities by what the derivation says that they are, in other quantities."""
+        return self.subject.definitions()
 
     def _defined(self, number: str, choice: Choice) -> Quantity | None:
         """The quantity that a definition defines as its symbols are read; None if that is no

@@ -29,18 +29,37 @@ GROUP = 6
 _DOTS = re.compile(r"_(d*)dot$")
 
 
+PLACE = sp.Symbol("_place", real=True)
+"""What stands for the part of an expression that an edit changes."""
+
+
 @dataclass(frozen=True)
 class Edit:
     """One replacement: at one place, or of one symbol throughout.
 
     ``swaps`` are symbols for others, where that is the edit: what stands in print, and what should.
-    ``removes`` says whether it takes something away and puts nothing in its place.
+    ``removes`` says whether it takes something away and puts nothing in its place. ``path`` are the
+    indices of arguments down to the part that became ``part``; both are None if the swaps are made
+    throughout, or if terms of a sum changed together.
     """
 
     words: tuple[Piece, ...]
     result: Expr
     swaps: tuple[tuple[Quantity, Expr], ...] = ()
     removes: bool = False
+    path: tuple[int, ...] | None = None
+    part: Basic | None = None
+
+    def frame(self, expr: Expr) -> tuple[Expr | None, Expr, Expr]:
+        """Return what was edited with `PLACE` for the part that changed, and that part before and
+        after; no frame where symbols were replaced throughout.
+        """
+        if self.part is not None and self.path is not None:
+            part = _find_part(expr, self.path)
+            return _replace_part(expr, self.path, PLACE), part, self.part
+        if self.swaps:
+            return None, sp.S.Zero, sp.S.Zero
+        return PLACE, expr, self.result
 
     @property
     def text(self) -> Said:
@@ -64,12 +83,14 @@ class EditProposal:
 
     def apply(self, expr: Expr) -> Edit:
         """Return the edit of a whole expression."""
-        result = (
-            expr.xreplace(dict(self.swaps))
-            if self.part is None
-            else _replace_part(expr, self.path, self.part)
-        )
-        return Edit(self.words, result, self.swaps, self.removes)
+        if self.part is None:
+            return Edit(self.words, expr.xreplace(dict(self.swaps)), self.swaps, self.removes)
+        result = _replace_part(expr, self.path, self.part)
+        return Edit(self.words, result, self.swaps, self.removes, self.path, self.part)
+
+
+def _find_part(expr: Basic, path: tuple[int, ...]) -> Basic:
+    return _find_part(expr.args[path[0]], path[1:]) if path else expr
 
 
 def _replace_part(expr: Basic, path: tuple[int, ...], part: Basic) -> Expr:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from decimal import Decimal
 from itertools import islice
@@ -56,8 +56,9 @@ class Judgement:
     ``missing`` are terms that the print lacks, of the derivation if there is one.
 
     ``domain`` says where an equation does not hold that holds at all angles that the machine uses,
-    and is empty elsewhere. ``loose`` names what must vanish where a thing is held and does not;
-    ``edits`` are those of the first correction, with what they replace. ``edited`` is the residual
+    and is empty elsewhere. ``loose`` is what must vanish where a thing is held and does not, by its name;
+    ``edits`` are those of the first correction, with what they replace, and ``ways`` those of all.
+    They change ``start``: a residual, or what it says that a symbol is. ``edited`` is the residual
     that they leave, and ``corrected`` the print with it and with the terms that it lacks.
     ``edited`` and ``missing`` without ``unexplained`` are the derivation.
     """
@@ -67,9 +68,11 @@ class Judgement:
     corrections: tuple[tuple[str, ...], ...] = ()
     missing: tuple[Expr, ...] = ()
     unexplained: tuple[Expr, ...] = field(default=())
-    loose: tuple[str, ...] = ()
+    loose: Mapping[str, Expr] = field(default_factory=dict, hash=False)
     domain: str = ""
     edits: tuple[Edit, ...] = field(default=(), compare=False)
+    ways: tuple[tuple[Edit, ...], ...] = field(default=(), compare=False)
+    start: Expr | None = field(default=None, compare=False)
     edited: Expr | None = field(default=None, compare=False)
     corrected: Equation | None = field(default=None, compare=False)
 
@@ -181,11 +184,9 @@ def judge_by_values(printed: Equation, points: Points, words: Iterable[Quantity]
     edited = () if is_large else _edited(printed, words, points)
     repairs = [(edit, residual) for edit, residual in edited if holds(residual, points)]
     if repairs:
-        edit, residual = repairs[0]
-        corrected = replace(printed, residual=residual)
-        return replace(
-            _misprint([(edit.text,) for edit, _ in repairs], remark, [edit]), corrected=corrected
-        )
+        corrected = replace(printed, residual=repairs[0][1])
+        judgement = _misprint([(edit,) for edit, _ in repairs], (), remark)
+        return replace(judgement, corrected=corrected)
     for term, residual in () if is_large else _list_lacking_terms(printed, words, points):
         corrected = replace(printed, residual=residual)
         finding = Said(f"{remark}it holds with a term more: ", term)
@@ -358,7 +359,8 @@ def judge_equation(
             judgement = Judgement("contradicted", Said(f"{remark}{_failing(printed.residual, at)}"))
         elif judgement is None:
             judgement = _corrected(comparison, vocabulary, done, remark)
-        judgement = replace(judgement, edited=_find_edited(side, comparison, judgement))
+        edited = _find_edited(side, comparison, judgement)
+        judgement = replace(judgement, start=comparison.printed, edited=edited)
         judgements.append(
             replace(judgement, corrected=complete_print(side, derived, judgement, at, is_direction))
         )
@@ -436,7 +438,7 @@ def _find_simple_correction(
     """
     repairs = start.repairs(words)
     if repairs:
-        return _misprint([(*done, edit.text) for edit in repairs], remark, repairs[:1])
+        return _misprint([(edit,) for edit in repairs], done, remark)
     missing = find_missing_terms(start, words) if not done else ()
     if missing:
         return Judgement(
@@ -452,13 +454,15 @@ def _corrected(
     residual.
     """
     first = start.edits(words)
-    explained, edits = explain_by_edits(start, first, words)
+    # a number has no parts of which some are right
+    is_number = start.printed.is_Rational
+    explained, edits = (start, ()) if is_number else explain_by_edits(start, first, words)
     correction = (*done, *(edit.text for edit in edits))
     if explained.same and not (start.bounds and len(edits) > MOST_OF_A_CONDITION):
-        return _misprint([correction], remark, edits)
+        return _misprint([edits], done, remark)
     pairs = _pairs(start, first, words) if explained.struck().printed and not done else []
     if pairs:
-        return _misprint([(first.text, second.text) for first, second in pairs], remark, pairs[0])
+        return _misprint(pairs, done, remark)
     if start.bounds:
         return _another_condition(start, remark)
     return _left_over(explained, correction, edits, remark)
@@ -486,13 +490,12 @@ def _pairs(start: Comparison, first: list[Edit], words: list[Quantity]) -> list[
     ]
 
 
-def _misprint(
-    corrections: Sequence[tuple[Said, ...]], remark: str, edits: Sequence[Edit]
-) -> Judgement:
-    distinct = tuple(dict.fromkeys(tuple(sorted(c)) for c in corrections))
-    return Judgement(
-        "misprint", f"{remark}removed by {_count_edits(distinct[0])}", distinct, edits=tuple(edits)
-    )
+def _misprint(ways: Sequence[tuple[Edit, ...]], done: tuple[Said, ...], remark: str) -> Judgement:
+    """Build the judgement on a print that each of several ways of edits corrects."""
+    distinct = {tuple(sorted((*done, *(edit.text for edit in edits)))): edits for edits in ways}
+    corrections, edits = tuple(distinct), tuple(distinct.values())
+    finding = f"{remark}removed by {_count_edits(corrections[0])}"
+    return Judgement("misprint", finding, corrections, edits=edits[0], ways=edits)
 
 
 def _count_edits(correction: Sequence[Said]) -> str:
@@ -508,11 +511,21 @@ def _left_over(
     corrections, left = (tuple(sorted(done)),) if done else (), comparison.match()
     if not left.printed:
         finding = f"{remark}terms of the derivation are missing"
-        return Judgement("incomplete", finding, corrections, left.derived, edits=edits)
+        return Judgement(
+            "incomplete", finding, corrections, left.derived, edits=edits, ways=(edits,)
+        )
     printed, derived = _format_difference(comparison)
     fails = f"; it fails at a random point: {printed} against {derived}"
     finding = Said(f"{remark}printed, but not derived: ", join_parts(", ", left.printed), fails)
-    return Judgement("contradicted", finding, corrections, left.derived, left.printed, edits=edits)
+    return Judgement(
+        "contradicted",
+        finding,
+        corrections,
+        left.derived,
+        left.printed,
+        edits=edits,
+        ways=(edits,),
+    )
 
 
 def _format_difference(comparison: Comparison) -> tuple[str, str]:

@@ -127,7 +127,9 @@ def equations_key(case: Case) -> str:
     Raises ClaimError where an equation claims what its subject does not derive.
     """
     parts = [engine_key(f"{__package__}.record"), case.paper.name]
-    parts += (f"{_name(s)} {sp.srepr(base)}" for s, base in case.subject.folds().items())
+    tables = case.subject.folds(), case.definitions
+    parts += (f"{_name(s)} {sp.srepr(e)}" for table in tables for s, e in table.items())
+    parts += sorted(case.paper.rough)
     symbols: set[sp.Symbol] = set()
     for number in case.paper.equations:
         try:
@@ -195,6 +197,7 @@ def equation_text(equation_: Equation) -> str:
         str(equation_.claims),
         str(equation_.defines),
         equation_.relation,
+        equation_.typed,
     ]
     fields += [str(equation_.stated), sp.srepr(equation_.where), *equation_.rebuilt]
     fields += [f"{w.where} {w.values} {w.between}" for w in equation_.witnesses]

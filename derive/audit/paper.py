@@ -5,6 +5,7 @@ laws of motion.
 from __future__ import annotations
 
 import random
+import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -19,7 +20,9 @@ from ..equations import UNCLAIMED, Claimed, Equation, Legibility, Relation, Witn
 from ..evaluate import Point
 from ..model import Let, System, Twin
 from ..quantity import Quantity
+from .comparison import solve_for
 from .terms import Equilibrium
+from .transcription import transcribe_call
 
 Array = NDArray[np.float64]
 Values = dict[sp.Symbol, Array]
@@ -127,6 +130,22 @@ class Subject(Protocol):
 
     def folds(self) -> Mapping[sp.Symbol, Expr]:
         """Quantities that a balance holds as differences: each with what is taken from it."""
+        return {}
+
+    def definitions(self) -> Mapping[sp.Symbol, Expr]:
+        """Return quantities by what they are in other quantities: those of the claims that define
+        one, by default.
+        """
+        formulas = {
+            e.defines: solve_for(e.residual, e.defines)
+            for e in self.claims().values()
+            if e.defines is not None
+        }
+        explicit = {s: e for s, e in formulas.items() if s not in e.free_symbols}
+        return {**explicit, **self.reactions()}
+
+    def reactions(self) -> Mapping[sp.Symbol, Expr]:
+        """Return actions by what they are in other quantities, where a paper need not name them."""
         return {}
 
     def actions(self) -> Mapping[sp.Symbol, str]:
@@ -260,7 +279,8 @@ class Paper:
     where print gives none.
 
     ``reading`` says what printed symbols stand for in all equations, ``readings`` in single ones,
-    ``questions`` what the paper leaves open. Quantities are in SI; digits that a paper prints may
+    ``questions`` what the paper leaves open, ``rough`` are
+    equations that it calls approximate. Quantities are in SI; digits that a paper prints may
     be in other units. Papers are listed in the order of their ``place``, those without one last.
     `derive.trial` compares them with a mechanism or formulas.
 
@@ -281,6 +301,7 @@ class Paper:
     reading: dict[sp.Symbol, Expr] = field(default_factory=dict)
     readings: dict[str, dict[sp.Symbol, Expr]] = field(default_factory=dict)
     questions: list[Question] = field(default_factory=list)
+    rough: set[str] = field(default_factory=set)
     references: list[Reference] = field(default_factory=list)
 
     @property
@@ -303,7 +324,8 @@ class Paper:
         only compared with values in motion. ``legibility`` is "printed", "partly legible" or
         "lost". Raises ValueError if the number exists. Example: `Paper`.
         """
-        self._add(Equation(number, residual, f"{self.name} ({number})", claims, legibility))
+        typed = [*transcribe_call(sys._getframe(1), 1), "= 0"]
+        self._add(Equation(number, residual, f"{self.name} ({number})", claims, legibility), typed)
 
     def defines(
         self,
@@ -316,11 +338,10 @@ class Paper:
         """Add a formula printed as ``symbol = expr``, in the unit of the symbol; else as
         `equation`.
         """
-        self._add(
-            Equation(
-                number, symbol - expr, f"{self.name} ({number})", claims, legibility, defines=symbol
-            )
-        )
+        typed = transcribe_call(sys._getframe(1), 2)
+        source = f"{self.name} ({number})"
+        equation = Equation(number, symbol - expr, source, claims, legibility, defines=symbol)
+        self._add(equation, [*typed[:1], "=", *typed[1:]])
 
     def inequality(
         self,
@@ -335,7 +356,9 @@ class Paper:
         else as `equation`.
         """
         source = f"{self.name} ({number})"
-        self._add(Equation(number, left - right, source, claims, legibility, relation=relation))
+        typed = transcribe_call(sys._getframe(1), 3)
+        equation = Equation(number, left - right, source, claims, legibility, relation=relation)
+        self._add(equation, [*typed[:1], relation, *typed[2:]])
 
     def symbol(self, name: str, unit: str, meaning: str) -> Quantity:
         """Return a quantity that only the paper uses, in ``unit`` of SI.
@@ -377,6 +400,16 @@ class Paper:
         for number in numbers:
             self._equation(number)
         self.questions.append(Question(tuple(numbers), readings))
+
+    def approximates(self, *numbers: str) -> None:
+        """State that the paper itself calls what these equations give approximate ("about"), in
+        words, without unit.
+
+        Raises ValueError for a number that the paper does not have.
+        """
+        for number in numbers:
+            self._equation(number)
+            self.rough.add(number)
 
     def rebuilds(self, number: str, *pieces: str) -> None:
         """State which pieces of a transcription were illegible and completed, in words, without
@@ -429,7 +462,9 @@ class Paper:
             raise ValueError(f"{self.name} has no equation {number} to read")
         return self.equations[number]
 
-    def _add(self, equation: Equation) -> None:
+    def _add(self, equation: Equation, typed: Sequence[str]) -> None:
         if equation.number in self.equations:
             raise ValueError(f"{self.name} has two equations {equation.number}")
-        self.equations[equation.number] = equation
+        is_known = len(typed) > 1 and typed[0] != "="
+        words = " ".join(typed) if is_known else f"{equation.residual} {equation.relation} 0"
+        self.equations[equation.number] = replace(equation, typed=words)

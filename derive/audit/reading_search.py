@@ -13,10 +13,9 @@ from sympy import Expr
 
 from ..equations import Definition, Equation
 from ..evaluate import TOLERANCE, Point
-from ..quantity import Quantity, is_consistent
+from ..quantity import is_consistent
 from .case import AS_READ, Case, Choice
 from .comparison import align_derived, are_equivalent, solve_for
-from .edits import Edit
 from .judge import (
     FAULTS,
     UNJUDGED,
@@ -108,10 +107,6 @@ def fold_terms(terms: Iterable[Expr], folds: Mapping[sp.Symbol, Expr]) -> tuple[
             if len(sp.Add.make_args(trial)) < len(sp.Add.make_args(total)):
                 total, back = trial, back | {difference: symbol - base}
     return tuple(term.xreplace(back) for term in sp.Add.make_args(total) if term != 0)
-
-
-ACTIONS = ("N", "N m")
-"""Units of what one body does to another."""
 
 
 @dataclass(frozen=True)
@@ -310,9 +305,7 @@ def _unheld(judgement: Judgement, loose: Mapping[str, Expr]) -> Judgement:
     pieces = [Said(f"{name} is ", left, ", and must be 0") for name, left in loose.items()]
     if judgement.verdict in FAULTS:
         pieces.insert(0, Said(judgement.finding))
-    return replace(
-        judgement, verdict="contradicted", finding=join_parts("; ", pieces), loose=tuple(loose)
-    )
+    return replace(judgement, verdict="contradicted", finding=join_parts("; ", pieces), loose=loose)
 
 
 def _length(judgement: Judgement) -> int:
@@ -327,93 +320,3 @@ def derived_side(case: Case, hearing: Hearing) -> Equation | None:
     if hearing.derived is None or hearing.judgement.verdict == UNJUDGED:
         return None
     return align_derived(hearing.printed, hearing.derived, tuple(case.points))
-
-
-def is_fragile(judgement: Judgement) -> bool:
-    """Whether a correction puts one symbol for another whose name differs in a single character, a
-    dot among them.
-
-    So little a machine that reads a print may have taken for something else.
-    """
-    swaps = (edit.swaps[0] for edit in judgement.edits if len(edit.swaps) == 1)
-    return any(isinstance(new, Quantity) and _one_apart(str(old), str(new)) for old, new in swaps)
-
-
-def _one_apart(first: str, second: str) -> bool:
-    """Whether two names are one character apart, put in, left out or exchanged."""
-    short, long = sorted((first, second), key=len)
-    if len(short) == len(long):
-        return sum(a != b for a, b in zip(first, second, strict=True)) == 1
-    return len(long) - len(short) == 1 and any(
-        long[:i] + long[i + 1 :] == short for i in range(len(long))
-    )
-
-
-def list_reasons(
-    judgement: Judgement, printed: Equation, actions: Mapping[sp.Symbol, str]
-) -> tuple[str, ...]:
-    """List faults, in words that are equal for equal faults of two equations: edits, and terms left
-    out.
-
-    ``actions`` says what forces and moments are called.
-    """
-    if judgement.verdict not in FAULTS:
-        return ()
-    edits = [_same_wherever(edit) for edit in judgement.edits]
-    edits += [f"{name} does not vanish" for name in judgement.loose]
-    unlike = (
-        [f"{', '.join(map(str, judgement.unexplained))} is not derived"]
-        if judgement.unexplained
-        else []
-    )
-    lacking = (
-        [] if judgement.unexplained else _left_out(judgement.missing, printed.residual, actions)
-    )
-    corrected = [str(text) for text in next(iter(judgement.corrections), ())]
-    return tuple(
-        dict.fromkeys(
-            [*edits, *unlike, *lacking] or corrected or [f"({printed.number}) does not hold"]
-        )
-    )
-
-
-def _same_wherever(edit: Edit) -> str:
-    """An edit without the place where it is made."""
-    if len(edit.swaps) != 1:
-        return str(edit.text)
-    ((old, new),) = edit.swaps
-    return f"{new} for {old}"
-
-
-def _left_out(
-    missing: Iterable[Expr], printed: Expr, actions: Mapping[sp.Symbol, str]
-) -> list[str]:
-    """Actions that missing terms speak of, those that the print does not name before others; else
-    the first term.
-
-    Of an action of which a part is printed, the part is named.
-    """
-    terms = list(missing)
-    acting = {
-        s for t in terms for s in t.free_symbols if isinstance(s, Quantity) and s.unit in ACTIONS
-    }
-    acting = acting - printed.free_symbols or acting
-    named = []
-    for symbol in sorted(acting, key=str):
-        meaning = actions.get(symbol, str(symbol)).partition("; ")[0]
-        named.append(
-            (meaning.rpartition(", ")[0] or meaning) + _describe_printed_part(symbol, terms)
-        )
-    reasons_ = [f"lacks {name}" for name in dict.fromkeys(named)]
-    return reasons_ or [f"lacks {term}" for term in terms[:1]]
-
-
-def _describe_printed_part(action: sp.Symbol, missing: Iterable[Expr]) -> str:
-    """Return the part of an action that is taken from it in a missing sum, in words; empty if there
-    is none.
-    """
-    sums = [term for term in missing if isinstance(term, sp.Add) and term.coeff(action) in (1, -1)]
-    if not sums:
-        return ""
-    part = action - sums[0] / sums[0].coeff(action)
-    return f" beyond {sp.expand(part, trig=False)}"

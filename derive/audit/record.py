@@ -8,6 +8,7 @@ import json
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from operator import itemgetter
 from typing import Any
 
 import mpmath
@@ -18,25 +19,31 @@ from ..equations import Equation
 from ..evaluate import Point
 from ..quantity import NONE, Dimension, DimensionError, dimension, of_unit
 from .case import Case
-from .judge import Judgement, explain_unjudged
-from .reading_search import Outcome, derived_side, is_fragile, judge_linked_readings, list_reasons
+from .comparison import solve_for
+from .evidence import write_evidence, write_unjudged
+from .faults import Grade, find_relative_error, grade_fault, is_fragile, list_reasons
+from .judge import FAULTS, Judgement, explain_unjudged
+from .reading_search import Hearing, Outcome, derived_side, judge_linked_readings
 from .terms import expand_sum, find_largest_size, holds
+from .transcription import typeset_transcription
 from .typesetting import Piece, Said, join_parts, typeset_equation, typeset_sentence
 
+AT_FAULT: Grade = "at fault"
 LACKS = "lacks "
 """How the reason of a finding begins that is an omission."""
 
 
 def group_causes(records: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
-    """Every reason of a finding, once, with the equations of its paper that have it; the most
-    shared first.
+    """Every reason of a fault, once, with the equations of its paper that have it; the most shared
+    first. What is neglected, or approximate, is no fault.
 
     An equation that lacks several things for one reason has the one that it shares with most
     others; if it shares none of them, all are one cause.
     """
-    shared = Counter((r["paper"], reason) for r in records for reason in r["reasons"])
+    faulty = [record for record in records if record["grade"] == AT_FAULT]
+    shared = Counter((r["paper"], reason) for r in faulty for reason in r["reasons"])
     records_by_cause: dict[tuple[str, str], list[Mapping[str, Any]]] = {}
-    for record in records:
+    for record in faulty:
         for reason in _chosen(record, shared):
             records_by_cause.setdefault((record["paper"], reason), []).append(record)
     ranked = sorted(records_by_cause.items(), key=lambda item: -len(item[1]))
@@ -206,24 +213,29 @@ def _sorted(terms: Iterable[Expr]) -> list[Expr]:
 
 Record = dict[str, Any]
 DIGITS = 6
-MATHML = "mathml"
-"""Key of what is typeset of a record; it is written beside the records."""
+MATHML, EVIDENCE = "mathml", "evidence"
+"""Keys of what is typeset of a record, and of what repeats its verdict: written beside the records.
+"""
 _NAMED = ("1", "N", "N m", "N/m", "W")
 _BASE = ("kg", "m", "s")
 
 
 def index_records(
-    records: Iterable[Record], typeset: Mapping[str, Mapping[str, Record]]
+    records: Iterable[Record],
+    typeset: Mapping[str, Mapping[str, Record]],
+    evidence: Iterable[Record],
 ) -> dict[tuple[str, str], Record]:
-    """Records of equations by paper and number, each with what is typeset of it; others are left
-    out.
+    """Records of equations by paper and number, each with what is typeset of it and its evidence;
+    others are left out.
     """
-    pairs = ((r, typeset.get(r["paper"], {}).get(r["equation"])) for r in records)
-    return {
-        (r["paper"], r["equation"]): {**r, MATHML: typeset_record}
-        for r, typeset_record in pairs
-        if typeset_record is not None
-    }
+    proofs = {(proof["paper"], proof["equation"]): proof for proof in evidence}
+    complete = {}
+    for record in records:
+        name = record["paper"], record["equation"]
+        typeset_record = typeset.get(name[0], {}).get(name[1])
+        if typeset_record is not None and name in proofs:
+            complete[name] = {**record, MATHML: typeset_record, EVIDENCE: proofs[name]}
+    return complete
 
 
 def is_reusable(record: Record, key: str) -> bool:
@@ -245,7 +257,8 @@ def record_equations(case: Case, numbers: Sequence[str], key: str) -> list[Recor
 
 def _attempted(case: Case, number: str, key: str, outcome: Outcome) -> Record:
     try:
-        return _recorded(case, number, key, outcome) | _place(case, number)
+        record = _recorded(case, number, key, outcome) | _place(case, number)
+        return record if case.source else record | {EVIDENCE: write_evidence(case, number, outcome)}
     except Exception as error:  # one equation must not end the audit of the others
         return record_unjudged(case, number, key, error)
 
@@ -265,7 +278,7 @@ def record_unjudged(case: Case, number: str, key: str, error: Exception) -> Reco
             record[MATHML]["printed"] = typeset_equation(printed)
         except Exception:  # what cannot be judged may be what cannot be set
             record[MATHML]["printed"] = typeset_sentence(record["printed"])
-    return record | _place(case, number)
+    return record | _place(case, number) | {EVIDENCE: write_unjudged(case, number)}
 
 
 def _build_record(
@@ -306,18 +319,22 @@ def _build_record(
         "depends": texts["depends"],
         "robust": True,
         "domain": str(judgement.domain),
+        "grade": grade_fault(judgement, None, None),
         "reasons": list(list_reasons(judgement, printed, case.subject.actions())),
         "terms": [],
         "unexplained": [],
         "edited": "",
         "difference": None,
         "vanishing": [],
+        "transcription": printed.typed if texts["printed"] and case.source is None else "",
         "printed": texts["printed"],
         "derived": texts["derived"],
         "defines": str(printed.defines or ""),
         "key": key,
         MATHML: _convert(statements, typeset_sentence),
     }
+    if record["transcription"]:
+        record[MATHML]["transcription"] = typeset_transcription(printed.typed)
     return record | facts
 
 
@@ -341,7 +358,12 @@ def _recorded(case: Case, number: str, key: str, outcome: Outcome) -> Record:
     gone = find_vanishing_terms(case, number, sp.S.NegativeOne if flipped else sp.S.One)
     missing, unexplained = _sorted(judgement.missing), _sorted(judgement.unexplained)
     left = sp.Add(*missing, *(-term for term in unexplained))
-    difference = [left] if left != 0 and meant else []
+    difference = next(iter(_terms(case, [left] if left != 0 and meant else [], meant)), None)
+    share = None if difference is None else difference["share_of_largest"]
+    off = find_relative_error(printed, derived, case.points) if number in case.paper.rough else None
+    if grade_fault(judgement, share, off) == "approximate":
+        rough = f"printed as an approximation, {format_share(off or 0.0)} off"
+        judgement = replace(judgement, finding=rough)
     shows = _has_formula(case, printed)
     read = [case.read_as(number), hearing.choice.meaning]
     edited = judgement.edited
@@ -376,11 +398,46 @@ def _recorded(case: Case, number: str, key: str, outcome: Outcome) -> Record:
         terms=_terms(case, missing, meant),
         unexplained=_terms(case, unexplained, meant) if meant else [],
         edited="" if edited is None else _text(replace(printed, residual=edited)),
-        difference=next(iter(_terms(case, difference, meant)), None),
+        grade=grade_fault(judgement, share, off),
+        reasons=_list_reasons(case, hearing, judgement),
+        difference=difference,
         vanishing=[
             {"term": str(v.term), "because": str(v.because), "printed": v.printed} for v in gone
         ],
     )
+
+
+SHORT = 60
+"""Characters of a formula that stands in a sentence."""
+
+
+def _list_reasons(case: Case, hearing: Hearing, judgement: Judgement) -> list[str]:
+    """List the faults of an equation in words; of one that says that a quantity is a number, and of
+    a condition, in a sentence.
+    """
+    printed, derived = hearing.printed, hearing.derived
+    symbol = printed.defines
+    if judgement.verdict in FAULTS and symbol is not None and derived is not None:
+        side, meant = (solve_for(e.residual, symbol) for e in (printed, derived))
+        size = find_largest_size(meant, case.dense_cycle)
+        if side.is_Rational and size is not None and not judgement.edits:
+            unit = "" if symbol.unit == "1" else f" {symbol.unit}"
+            is_short = len(str(meant)) <= SHORT
+            value = f"is {meant}" if is_short else f"reaches {mpmath.nstr(size, 3)}{unit}"
+            return [f"{symbol.meaning} is said to be {side}, and {value}"]
+    if judgement.verdict == "contradicted" and derived is not None and printed.relation != "=":
+        stated, needed = map(_format_condition, (printed, derived))
+        return [f"{printed.claims}: {stated} is said, and {needed} is needed"]
+    actions, reactions = case.subject.actions(), case.subject.reactions()
+    return list(list_reasons(judgement, printed, actions, reactions, case.cycle))
+
+
+def _format_condition(equation: Equation) -> str:
+    """Return a condition with what is taken away on its other side."""
+    terms = sp.Add.make_args(equation.residual)
+    right = [term for term in terms if term.could_extract_minus_sign()]
+    left = sp.Add(*(term for term in terms if term not in right))
+    return f"{left} {equation.relation} {-sp.Add(*right)}"
 
 
 def _describe_finding(judgement: Judgement) -> Said:
@@ -459,11 +516,13 @@ def _composed(exponents: Dimension) -> str:
     return f"{above or 1}/{below}" if below else above
 
 
-def count_verdicts(records: Iterable[Record]) -> dict[str, dict[str, int]]:
-    """Count each verdict by paper."""
+def count_verdicts(
+    records: Iterable[Record], name: Callable[[Record], str] = itemgetter("verdict")
+) -> dict[str, dict[str, int]]:
+    """Count each verdict by paper, under its name."""
     counts: dict[str, Counter[str]] = {}
     for record in records:
-        counts.setdefault(record["paper"], Counter())[record["verdict"]] += 1
+        counts.setdefault(record["paper"], Counter())[name(record)] += 1
     return {paper: dict(sorted(counter.items())) for paper, counter in counts.items()}
 
 
@@ -477,7 +536,10 @@ def format_records(
     """Format all records without typesetting; ``papers`` hold title and model by name, ``rows``
     those of texts.
     """
-    plain = [{key: part for key, part in record.items() if key != MATHML} for record in records]
+    plain = [
+        {key: part for key, part in record.items() if key not in (MATHML, EVIDENCE)}
+        for record in records
+    ]
     content = {
         "equations": plain,
         "laws": list(laws),

@@ -94,7 +94,7 @@ class Presentation(Printer):
     def in_brackets(self, expr: Basic, binding: int) -> str:
         """An expression, in brackets where it binds less than ``binding``."""
         text = self.doprint(expr)
-        return _bracketed(text) if precedence(expr) < binding else text
+        return add_brackets(text) if precedence(expr) < binding else text
 
     def terms(self, expr: Expr) -> list[tuple[bool, str]]:
         """The summands of an expression as they stand in its text: whether each is taken away, and
@@ -185,7 +185,9 @@ class Presentation(Printer):
     def _print_Function(self, expr: sp.Function) -> str:
         inner = "<mo>,</mo>".join(map(self.doprint, expr.args))
         name = expr.name if isinstance(expr, AppliedUndef) else type(expr).__name__
-        return _row(f"<mi>{escape(name)}</mi><mo>\N{FUNCTION APPLICATION}</mo>", _bracketed(inner))
+        return _row(
+            f"<mi>{escape(name)}</mi><mo>\N{FUNCTION APPLICATION}</mo>", add_brackets(inner)
+        )
 
     def _print_Abs(self, expr: sp.Abs) -> str:
         return _row("<mo>|</mo>", self.doprint(expr.args[0]), "<mo>|</mo>")
@@ -299,7 +301,8 @@ def _sign(relation: str) -> str:
     return f"<mo>{escape(RELATIONS.get(relation, relation), quote=False)}</mo>"
 
 
-def _bracketed(text: str) -> str:
+def add_brackets(text: str) -> str:
+    """Return MathML in round brackets."""
     return f"<mrow><mo>(</mo>{text}<mo>)</mo></mrow>"
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import json
 import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -15,9 +16,12 @@ from typing import Any
 
 from . import key
 from .case import Case, judge_references
-from .judge import FAULTS, UNJUDGED
+from .evidence import format_evidence
+from .judge import UNJUDGED
 from .laws import ChainLaws, attempted_violation, judge_laws, record_untried_law
 from .record import (
+    AT_FAULT,
+    EVIDENCE,
     Record,
     count_verdicts,
     describe_law_cause,
@@ -65,7 +69,7 @@ def as_page(
         "",
         *format_overview(records),
     ]
-    for paper, counts in count_verdicts(records).items():
+    for paper, counts in count_verdicts(records, describe_verdict).items():
         paper_records = [r for r in records if r["paper"] == paper]
         summary = ", ".join(f"{n} {word}" for word, n in counts.items())
         lines += [f"## {titles[paper]}", "", f"{summary}.", "", *_causes(paper_records)]
@@ -91,13 +95,13 @@ def format_overview(records: Sequence[Record]) -> list[str]:
     a character.
     """
     rows = []
-    for paper, counts in count_verdicts(records).items():
+    for paper, counts in count_verdicts(records, describe_verdict).items():
         paper_records = [r for r in records if r["paper"] == paper]
         rows.append(
             (
                 paper,
                 ", ".join(f"{n} {word}" for word, n in counts.items()),
-                sum(r["verdict"] in FAULTS for r in paper_records),
+                sum(r["grade"] == AT_FAULT for r in paper_records),
                 len(group_causes(paper_records)),
                 sum(not r["robust"] for r in paper_records),
                 sum(r["fragile"] for r in paper_records),
@@ -125,8 +129,13 @@ def _reference(reference: Record) -> list[str]:
 
 
 def _row(record: Record) -> list[str]:
-    cells = (record[key] for key in ("claims", "legibility", "verdict"))
+    cells = record["claims"], record["legibility"], describe_verdict(record)
     return [f"({record['equation']})", *cells, describe_basis(record)]
+
+
+def describe_verdict(record: Record) -> str:
+    """Return the verdict as it is shown: what is neglected or approximate is called so."""
+    return record["verdict"] if record["grade"] in ("", AT_FAULT) else record["grade"]
 
 
 def describe_basis(record: Record) -> str:
@@ -147,7 +156,7 @@ def _causes(records: Sequence[Record]) -> list[str]:
     paper_causes = group_causes(records)
     if not paper_causes:
         return []
-    faulty = sum(1 for record in records if record["verdict"] in FAULTS)
+    faulty = sum(1 for record in records if record["grade"] == AT_FAULT)
     rows = []
     for cause in paper_causes:
         numbers = (equation.partition(": ")[2] for equation in cause["equations"])
@@ -161,10 +170,16 @@ def _paragraph(record: Record) -> list[str]:
         record[part] for part in ("vanishing", "depends", "domain")
     ):
         return []
-    lines = [f"### ({record['equation']}) {record['verdict']}", ""]
-    for label, text in (("As printed", record["printed"]), ("As derived", record["derived"])):
+    lines = [f"### ({record['equation']}) {describe_verdict(record)}", ""]
+    texts = {
+        "As printed": record["transcription"],
+        "As read": record["printed"],
+        "As derived": record["derived"],
+    }
+    for label, text in texts.items():
         lines += [f"{label}: `{text}`", ""] if text else []
     lines += [f"Finding: {record['finding']}.", ""]
+    lines += [f"Named: {'; '.join(record['reasons'])}.", ""] if record["reasons"] else []
     if record["rebuilt"]:
         lines += [f"Completed: {'; '.join(record['rebuilt'])}.", ""]
     if record["fragile"]:
@@ -291,8 +306,10 @@ def _shares(law: Record) -> list[str]:
     return [f"**{law['law']}**: {law['owed']}", "", *_table(head, rows)]
 
 
-FILES = ("audit.json", "audit_mathml.json", "AUDIT.md")
-"""What is written: the findings, their formulas typeset, and the findings to read."""
+FILES = ("audit.json", "audit_mathml.json", "verdicts.json", "AUDIT.md")
+"""What is written: the findings, their formulas typeset, what repeats them, and the findings to
+read.
+"""
 Place = tuple[str, str]
 """Name and file of a module, to load it again in another process."""
 
@@ -321,11 +338,15 @@ def judge_cases(modules: Iterable[ModuleType], committed: Path | None = None) ->
     What a committed audit.json says of an equation is used again if it was made from the same.
     Raises ClaimError where an equation claims what its subject does not derive.
     """
-    committed_records, committed_typeset = (
-        _read(committed.with_name(name)) if committed else {} for name in FILES[:2]
+    committed_records, committed_typeset, committed_evidence = (
+        _read(committed.with_name(name)) if committed else {} for name in FILES[:3]
     )
     modules_ = list(modules)
-    reusable = index_records(committed_records.get("equations", []), committed_typeset)
+    reusable = index_records(
+        committed_records.get("equations", []),
+        committed_typeset,
+        committed_evidence.get("records", []),
+    )
     records, laws = judge_modules(modules_, reusable, committed_records.get("laws", []))
     papers = {case.paper.name: _about(case) for case in find_cases(modules_).values()}
     titles = {name: about["title"] for name, about in papers.items()}
@@ -338,9 +359,17 @@ def judge_cases(modules: Iterable[ModuleType], committed: Path | None = None) ->
         if c.source is not None
         for row in c.source.list_rows()
     ]
+    # of the checker, which needs python-flint, and speaks of what it checks
+    describe = importlib.import_module(f"{__package__}.check_verdicts").describe_verdict
+    evidence = [
+        record[EVIDENCE] | {"statement": describe(record[EVIDENCE])}
+        for record in records
+        if EVIDENCE in record
+    ]
     texts = (
         format_records(records, laws, cross, papers, rows),
         format_typeset(records),
+        format_evidence(evidence, find_cases(modules_).values()),
         as_page(records, titles, laws, cross),
     )
     return dict(zip(FILES, texts, strict=True))

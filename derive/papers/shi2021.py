@@ -74,6 +74,8 @@ PAPER.defines(
     "curvature", rho_C, Rational("0.24") * R, "curvature of the path where it leaves the side"
 )
 
+PAPER.approximates("semi-major", "semi-minor", "curvature")
+
 # 2.2 teeth
 PAPER.inequality("3a", b1, ">=", sqrt(3) * a1 / (2 * at(sin, 72)), "tooth tips go round the shaft")
 PAPER.inequality(

@@ -13,7 +13,7 @@ import typer
 from typer.testing import CliRunner
 
 from planter.cli.app import build_application
-from planter.cli.commands import list_topics
+from planter.cli.guide import list_topics
 from planter.files import schema
 
 LINES = 20
@@ -77,7 +77,7 @@ def schemas() -> str:
         for name, kind in sorted(schema.load_result_types().items())
     )
     return (
-        "# Schemas of results\n\nJSON Schema 2020-12, as `planter schema` prints it.\n\n"
+        "# Schemas of results\n\nJSON Schema 2020-12, as `planter about schema` prints it.\n\n"
         + "\n".join(parts)
     )
 

@@ -1,4 +1,4 @@
-"""The page of labelled drawings of every machine, with the tables of their symbols that `planter explain` prints."""
+"""The page of labelled drawings of every machine, with the tables of their symbols that `planter about explain` has."""
 
 from __future__ import annotations
 
@@ -21,8 +21,9 @@ MACHINES = {
 HEAD = """\
 # Drawings and symbols
 
-The symbols on the machines' drawings with their keys, as `planter explain MACHINE` tells them; of a machine of your
-own, `planter explain my.toml --out drawn` writes the same drawings. Arrows turn the way in which an angle is counted.
+The symbols on the machines' drawings with their keys, as `planter about explain MACHINE` tells them; of a
+machine of your own, `planter about explain my.toml --out drawn` writes the same drawings. Arrows turn the way in which
+an angle is counted.
 """
 
 

@@ -18,12 +18,12 @@ begin with `#` say what the file is and which versions wrote it. Numbers that co
 | file | for | header or tables |
 |---|---|---|
 | machine, TOML | most commands | [keys](keys.md) |
-| poses, TOML | `synthesise` | `[[pose]]` with `x_mm`, `y_mm`, `phi_deg` |
-| angle curve, CSV | `train` | `carrier_deg,relative_deg`, a closed turn |
-| path of a tip, CSV | `pickup` | `x_mm,y_mm`, closed, in the order of a carrier that turns anticlockwise |
+| poses, TOML | `design synthesise` | `[[pose]]` with `x_mm`, `y_mm`, `phi_deg` |
+| angle curve, CSV | `design train` | `carrier_deg,relative_deg`, a closed turn |
+| path of a tip, CSV | `design pickup` | `x_mm,y_mm`, closed, in the order of a carrier that turns anticlockwise |
 | points that a path must pass, CSV | `[requirements]`, `[tip_path]` | `x_mm,y_mm,tube_mm` |
 | pitch curve, CSV | `gears --curve` | `polar_deg,radius_mm`, a closed turn |
-| runs of a field test, CSV | `clutch field` | a column a factor, a column a response; `clutch plan` writes one |
+| runs of a field test, CSV | `design clutch field` | a column a factor, a column a response; `... plan` writes one |
 | measured curve, CSV | `calibrate --data` | any names, separators and units, as told or found |
 | plan of a sweep, TOML | `sweep` | [sweeps](../sweeps.md) |
 | tolerances, TOML | `tolerance` | [tolerances](../tolerances.md) |
@@ -39,8 +39,8 @@ unless somebody changed it since. The rows of a sweep are also there as Parquet.
 
 ## Columns of CSV files
 
-Most are symbols and keys of results, with their unit, which `planter explain` explains, or the same with `_2` for side
-2 of a planting device; these are the others.
+Most are symbols and keys of results, with their unit, which `planter about explain` explains, or the same with `_2`
+for side 2 of a planting device; these are the others.
 """
 
 

@@ -1,4 +1,4 @@
-"""The page of machine files' keys, by the dictionary that `planter explain` reads, with what built-in files hold."""
+"""The page of machine files' keys, by the dictionary of `planter about explain`, with what built-in files hold."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ if TYPE_CHECKING:
 HEAD = """\
 # Keys of machine files
 
-Every key that holds a value, as `planter explain` tells it: what it means, what is allowed, and, where the built-in
-file named above a table has it, its value there and where that comes from (paper, assumed, calibrated, measured).
-`planter example NAME` prints such a file.
+Every key that holds a value, as `planter about explain` tells it: what it means, what is allowed, and, where the
+built-in file named above a table has it, its value there and where that comes from (paper, assumed, calibrated,
+measured). `planter example NAME` prints such a file.
 """
 BUILT_IN = {
     "clutch": (planter.load_clutch, "shi2021"),

@@ -1,4 +1,4 @@
-"""The page of works: what results rest on, as `planter cite` tells it."""
+"""The page of works: what results rest on, as `planter about cite` tells it."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from planter.cli.references import cite_work, load_references
 HEAD = """\
 # Works
 
-The papers and methods behind results, and the commands that rest on them; `planter cite COMMAND --bibtex` prints them
-as entries for BibTeX.
+The papers and methods behind results, and the commands that rest on them; `planter about cite COMMAND --bibtex` prints
+them as entries for BibTeX.
 
 | work | for | commands |
 |---|---|---|

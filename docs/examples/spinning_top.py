@@ -1,6 +1,6 @@
 """A heavy top on a ball joint: it may pass any pose, since a unit quaternion describes its attitude.
 
-planter derive docs/examples/spinning_top.py && planter move spinning_top.toml --until 2
+planter derive docs/examples/spinning_top.py && planter simulate spinning_top.toml --until 2
 """
 
 from derive import Mechanism, X, quantities

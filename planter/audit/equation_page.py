@@ -11,7 +11,7 @@ from difflib import SequenceMatcher
 from html import escape
 from typing import Any
 
-from planter.audit.verdicts import FAULTY, UNJUDGED
+from planter.audit.verdicts import AT_FAULT, FAULTY, UNJUDGED
 from planter.report.html import Block, Cell, MarkupCell, Table, cell_text
 
 Entry = Mapping[str, Any]
@@ -33,7 +33,7 @@ def list_equation_blocks(equations: Sequence[Entry], typeset: Entry) -> Iterator
         (
             MarkupCell(e["equation"], f'<a href="#{equation_id(e)}">{escape(e["equation"])}</a>'),
             e.get("claims", ""),
-            mark_verdict(e["verdict"]),
+            mark_verdict(name_verdict(e)),
             describe_fault(e),
             list_conditions(e),
             e["legibility"],
@@ -123,6 +123,11 @@ def list_conditions(equation: Entry) -> str:
     return ", ".join(text for text, applies in parts.items() if applies)
 
 
+def name_verdict(equation: Entry) -> str:
+    """Return the verdict as it is shown: what is neglected or approximate is called so."""
+    return equation["verdict"] if equation["grade"] in ("", AT_FAULT) else equation["grade"]
+
+
 def mark_verdict(verdict: str) -> MarkupCell:
     """Return a verdict, coloured on a page."""
     return MarkupCell(
@@ -176,7 +181,7 @@ class EquationArticle:
         return STYLE
 
     def html(self, name: str) -> str:
-        entry, verdict = self.entry, self.entry["verdict"]
+        entry, verdict = self.entry, name_verdict(self.entry)
         head = (
             f"<h4>({escape(entry['equation'])}) {escape(entry.get('claims', ''))} "
             f"{mark_verdict(verdict).markup}</h4>"
@@ -250,6 +255,9 @@ class EquationArticle:
                 formulas["printed"], self.typeset["corrected"]
             )
             sides = {"printed": label, "corrected": "corrected", "derived": "as derived"}
+        if self.typeset.get("transcription") and "printed" in sides:
+            sides = {"transcription": "as printed"} | sides | {"printed": "as read"}
+            formulas["transcription"] = self.typeset["transcription"]
         boxes = [
             _format_formula(title, formulas[side])
             for side, title in sides.items()

@@ -49,9 +49,16 @@ class EquationResult(Record):
     says outside which range an equation is wrong although the machine does not leave it; it is
     empty for any other.
 
+    `grade` is what a difference amounts to: `at fault`; `neglected` if terms are left out that are
+    together below 1 % of the largest one over the cycle; `approximate` if the paper calls a number
+    approximate that is off by less than 10 %; empty without a difference.
+
     `edited` is the print after the first of the corrections, empty if there is nothing to compare;
     with `terms` added and `unexplained` taken away, it is the derivation. `difference` is the sum
     of these terms, null if there are none.
+
+    `transcription` is the print in its own symbols, order and signs, `printed` the same as it is
+    read and simplified.
 
     `answer` is the reading that is taken of what the paper leaves open: the kindest one to all
     equations that share it. Of an equation that was read from a text, `file`, `line` and `latex`
@@ -73,12 +80,14 @@ class EquationResult(Record):
     depends: list[ReadingVerdict]
     robust: bool
     domain: str
+    grade: str
     reasons: list[str]
     terms: list[TermResult]
     unexplained: list[TermResult]
     edited: str
     difference: TermResult | None
     vanishing: list[VanishingTerm]
+    transcription: str
     printed: str
     derived: str
     defines: str

@@ -76,6 +76,8 @@ def _judge_claim(row: Mapping[str, Any], table: Mapping[str, Any]) -> dict[str, 
 
 
 FAULTY = ("misprint", "incomplete", "contradicted")
+AT_FAULT = "at fault"
+"""Grade of an equation whose difference is neither neglected nor a stated approximation."""
 UNJUDGED = "not judged"
 Consequence = dict[str, Any]
 
@@ -181,7 +183,7 @@ def _summarise(result: Entry, paper: str, title: str) -> dict[str, Any]:
     return {
         "title": title,
         "equations": _count_verdicts(entries["equations"]),
-        "at_fault": sum(entry["verdict"] in FAULTY for entry in entries["equations"]),
+        "at_fault": sum(entry["grade"] == AT_FAULT for entry in entries["equations"]),
         "causes": len(entries["causes"]),
         "laws_violated": sum(bool(law["caused_by"]) for law in entries["laws"]),
         "numbers": _count_verdicts(entries["numbers"]),

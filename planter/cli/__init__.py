@@ -25,6 +25,7 @@ def main() -> None:
 
 
 def _ended() -> int:
+    from planter import menu
     from planter.report import process
     from planter.report.console import Console
     from planter.text_files import check_arguments
@@ -33,10 +34,12 @@ def _ended() -> int:
     try:
         with Console("--json" in sys.argv).outcome():
             check_arguments(sys.argv)
-            process.record_command(sys.argv[1:])
+            process.record_command(menu.current_words(sys.argv[1:]))
             with process.flush_output():
                 code = _called()
                 process.ignore_signals()
+            if code == 0 and (note := menu.describe_renaming(sys.argv[1:])):
+                process.print_line(f"planter: {note}")  # beside no error, which stands alone
             return code
     except SystemExit as end:
         return end.code if isinstance(end.code, int) else 0

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import copy
-from typing import Annotated
+from collections.abc import Iterator
+from typing import Annotated, Any
 
 import typer
+from typer.core import TyperGroup
 
-from planter import plugins
+from planter import menu, plugins
 from planter.report.options import join_applications, record_options
 from planter.version import __version__
+
+SETTINGS = {"help_option_names": ["-h", "--help"]}
 
 
 def _version(requested: bool) -> None:
@@ -31,28 +35,76 @@ def show_help(
         print(context.get_help())
 
 
+def show_group_help(context: typer.Context) -> None:
+    """Print the help of a group if no command follows."""
+    if context.invoked_subcommand is None:
+        print(context.get_help())
+
+
+class Menu(TyperGroup):
+    """The commands in sections; earlier names of commands lead to the present ones."""
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        """Return the name, the command and the remaining words of a call."""
+        return super().resolve_command(ctx, menu.current_words(args))
+
+    def format_commands(self, ctx: Any, formatter: Any) -> None:
+        """Write the commands, a section for each purpose."""
+        width = max(map(len, self.commands))
+        limit = formatter.width - 6 - width
+        for title, names in self._list_sections():
+            texts = (self.commands[name].get_short_help_str(limit) for name in names)
+            rows = [(f"{name:{width}}", text) for name, text in zip(names, texts, strict=True)]
+            with formatter.section(title):
+                formatter.write_dl(rows)
+
+    def list_commands(self, ctx: Any) -> list[str]:
+        """Return the names in the order of the sections."""
+        return [name for _, names in self._list_sections() for name in names]
+
+    def _list_sections(self) -> Iterator[tuple[str, list[str]]]:
+        listed = {name for names in menu.SECTIONS.values() for name in names}
+        *_, last = menu.SECTIONS
+        for title, names in menu.SECTIONS.items():
+            unlisted = sorted(self.commands.keys() - listed) if title == last else []
+            yield title, [name for name in names if name in self.commands] + unlisted
+
+
 def build_application() -> typer.Typer:
     """All commands under one name."""
     app = typer.Typer(
         name="planter",
+        cls=Menu,
         help=show_help.__doc__,
         invoke_without_command=True,
         add_completion=True,
         pretty_exceptions_enable=False,
         rich_markup_mode=None,
-        context_settings={"help_option_names": ["-h", "--help"]},
+        context_settings=SETTINGS,
     )
     app.callback()(show_help)
-    commands = join_applications(*(module.app for module in plugins.load_modules("commands")))
-    app.registered_commands += sorted(map(_record, commands.registered_commands), key=_name)
-    for group in commands.registered_groups:
+    parts = join_applications(*(module.app for module in plugins.load_modules("commands")))
+    groups = {name: _build_group(entry.help) for name, entry in menu.GROUPS.items()}
+    places = {name: groups[group] for group, e in menu.GROUPS.items() for name in e.commands}
+    for command in sorted(map(_record, parts.registered_commands), key=_name):
+        places.get(_name(command), app).registered_commands.append(command)
+    for group in parts.registered_groups:
         inner = copy.copy(group.typer_instance)
         assert inner is not None
         inner.registered_commands = list(map(_record, inner.registered_commands))
         group = copy.copy(group)
         group.typer_instance = inner
-        app.registered_groups.append(group)
+        places.get(str(group.name), app).registered_groups.append(group)
+    for name, built in groups.items():
+        app.add_typer(built, name=name)
     return app
+
+
+def _build_group(text: str) -> typer.Typer:
+    """Return a group without commands."""
+    group = typer.Typer(help=text, invoke_without_command=True, rich_markup_mode=None)
+    group.callback()(show_group_help)
+    return group
 
 
 def _record(command: typer.models.CommandInfo) -> typer.models.CommandInfo:

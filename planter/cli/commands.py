@@ -1,18 +1,19 @@
-"""Commands that belong to no machine: built-in files, derivation, schemas, topics of help, papers
-to cite, proofs, comparisons, meanings, this installation and its speed.
+"""Commands that belong to no machine: files to start from, derivation, schemas, help, works, proofs,
+comparisons, meanings, this installation and its speed.
 """
 
 from __future__ import annotations
 
 import json
-from importlib import resources
+from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 from textwrap import fill
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from planter import paths
+from planter import menu, paths
 from planter.cli.results import (
     QUICK_WORKS,
     WORKS,
@@ -23,11 +24,13 @@ from planter.cli.results import (
     Example,
     Examples,
     Listed,
+    Templates,
+    TemplateWritten,
     Topic,
-    Topics,
 )
 from planter.errors import InputError
 from planter.files import derivation, examples
+from planter.report.completion import complete_files, complete_machines
 from planter.report.console import Console
 from planter.report.folder import NAME
 from planter.report.options import (
@@ -39,19 +42,42 @@ from planter.report.options import (
     OverwriteOption,
     SetOption,
     SpeedOption,
-    list_allowed,
     parse_changes,
     refuse_unused,
     writes_files,
 )
 
+if TYPE_CHECKING:
+    from planter.engine.proof.objective import ProvableObjective
+
 app = typer.Typer()
+
+
+def _list_examples() -> list[str]:
+    return examples.list_examples()
+
+
+def _list_templates() -> list[str]:
+    from planter.cli import templates
+
+    return list(templates.TEMPLATES)
+
+
+def _list_reading() -> list[str]:
+    from planter.cli import guide, words
+
+    return [*guide.list_topics(), *guide.list_pages(), *words.list_words()]
 
 
 @app.command()
 def example(
     name: Annotated[
-        str | None, typer.Argument(help="a built-in machine or data file", show_default=False)
+        str | None,
+        typer.Argument(
+            help="a built-in machine or data file",
+            show_default=False,
+            autocompletion=_list_examples,
+        ),
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
@@ -70,12 +96,52 @@ def example(
             console.result(Example(name, text), lambda: print(text, end=""))
 
 
+@app.command("new")
+def write_template(
+    template: Annotated[
+        str | None,
+        typer.Argument(
+            help="name of a template",
+            show_default=False,
+            autocompletion=_list_templates,
+        ),
+    ] = None,
+    file: Annotated[
+        Path | None,
+        typer.Argument(help="file to write [default: named after it]", show_default=False),
+    ] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """List files to start from, or write one.
+
+    They are machines, statements of mechanisms in Python, data, and a paper. No file is
+    overwritten, and the commands to type next are printed.
+    """
+    console = Console(as_json)
+    with console.outcome():
+        from planter.cli import templates
+
+        if template is None:
+            described = {name: entry.content for name, entry in templates.TEMPLATES.items()}
+            console.result(
+                Templates(described),
+                lambda: console.table(
+                    "Templates: planter new NAME", ("name", "content"), list(described.items())
+                ),
+            )
+            return
+        written, steps = templates.write_template(templates.read_template(template), file)
+        lines = [*written, "", "Next:", *(f"  {step}" for step in steps)]
+        console.result(TemplateWritten(template, written, steps), lambda: print("\n".join(lines)))
+
+
 FileArgument = Annotated[
     Path,
     typer.Argument(
         metavar="FILE",
         help="a Python file, a folder of such files, or a robot (.urdf)",
         show_default=False,
+        autocompletion=complete_files(".py", ".urdf"),
     ),
 ]
 FolderOption = Annotated[
@@ -120,7 +186,8 @@ def derive(
 @app.command()
 def schema(
     command: Annotated[
-        list[str] | None, typer.Argument(help="a command, as `clutch geometry`", show_default=False)
+        list[str] | None,
+        typer.Argument(help="a command, as `design clutch geometry`", show_default=False),
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
@@ -129,7 +196,8 @@ def schema(
     with console.outcome():
         from planter.files import schema as schemas
 
-        kinds, name = schemas.load_result_types(), " ".join(command or ())
+        kinds = schemas.load_result_types()
+        name = menu.current_result(" ".join(command or ()))
         if not name:
             listed = sorted(kinds)
             console.result(Listed(listed), lambda: print("\n".join(listed)))
@@ -142,40 +210,33 @@ def schema(
         )
 
 
-_FOLDER = resources.files(__package__).joinpath("topics")
-
-
-def list_topics() -> list[str]:
-    """Return the names of the topics, sorted."""
-    return sorted(
-        page.name.removesuffix(".md") for page in _FOLDER.iterdir() if page.name.endswith(".md")
-    )
-
-
-def read_topic(topic: str) -> str:
-    """Return the page of a topic. Raises InputError for an unknown name."""
-    allowed = list_topics()
-    if topic not in allowed:
-        raise InputError.for_value("TOPIC", topic, paths.suggest_names(topic, allowed))
-    return _FOLDER.joinpath(f"{topic}.md").read_text(encoding="utf-8")
-
-
-@app.command(name="help", cls=list_allowed(topic=list_topics))
-def help_topics(
-    topic: Annotated[
-        str | None, typer.Argument(help="what to read about", show_default=False)
+@app.command(name="help")
+def read_help(
+    name: Annotated[
+        str | None,
+        typer.Argument(
+            help="a topic, a page, or a word of statements, such as m.pin",
+            show_default=False,
+            autocompletion=_list_reading,
+        ),
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
-    """List the topics that concern all commands, or print one."""
+    """List what there is to read about, or print a page of it.
+
+    These are topics that concern all commands, pages of the documentation, and the words that
+    mechanisms, formulas and papers of your own are stated with.
+    """
     console = Console(as_json)
     with console.outcome():
-        if topic is None:
-            listed = list_topics()
-            console.result(Topics(listed), lambda: print("\n".join(listed)))
+        from planter.cli import guide
+
+        if name is None:
+            listed = guide.describe_guide()
+            console.result(listed, lambda: print(guide.format_guide(listed)))
         else:
-            page = read_topic(topic)
-            console.result(Topic(topic, page), lambda: print(page, end=""))
+            text = guide.read_guide(name)
+            console.result(Topic(name, text), lambda: print(text.rstrip("\n")))
 
 
 @app.command()
@@ -183,7 +244,7 @@ def cite(
     name: Annotated[
         list[str] | None,
         typer.Argument(
-            help="a command, as `optimise` or `clutch engage`, or a work, as wang2017",
+            help="a command, as `optimise` or `design clutch engage`, or a work, as wang2017",
             show_default=False,
         ),
     ] = None,
@@ -192,7 +253,10 @@ def cite(
     ] = False,
     as_json: JsonOption = False,
 ) -> None:
-    """List the works to cite for a command's result. For example: planter cite optimise --bibtex"""
+    """List the works to cite for a command's result.
+
+    For example: planter about cite optimise --bibtex
+    """
     console = Console(as_json)
     with console.outcome():
         from planter.cli.references import cite_works, load_references
@@ -207,7 +271,7 @@ def cite(
             ]
             console.result(listed, lambda: print("\n".join(lines)))
             return
-        title = " ".join(name)
+        title = menu.current_result(" ".join(name))
         result = Citations(title, cite_works(title))
         console.result(
             result,
@@ -224,27 +288,59 @@ def _wrap(work: Cited) -> str:
     )
 
 
+def _rebuild_objective(
+    file: Path, source: str | None, document: Mapping[str, Any]
+) -> ProvableObjective:
+    """Return the objective of the machine of a proof, as it is generated here.
+
+    Its file may also lie beside that of the proof, or in the folder above.
+    """
+    stated = Path(document["machine"]["source"])
+    places = [stated, file.parent / stated.name, file.parent.parent / stated.name]
+    source = source or str(next((place for place in places if place.is_file()), stated))
+    part = examples.load_part(source, "proof")
+    if part is None:
+        raise InputError(f"{source}: there is no such machine; --machine names its file")
+    objective: ProvableObjective = part.rebuild_objective(source, document)
+    return objective
+
+
 @app.command("prove")
 def check_proof(
     file: Annotated[
         Path,
-        typer.Argument(metavar="FILE", help="a proof.json of optimise --prove", show_default=False),
+        typer.Argument(
+            metavar="FILE",
+            help="a proof.json of optimise --prove",
+            show_default=False,
+            autocompletion=complete_files(".json"),
+        ),
     ],
     check: Annotated[
         bool, typer.Option("--check", help="compute each of its bounds again (the default)")
     ] = True,
+    machine: Annotated[
+        str | None,
+        typer.Option(
+            metavar="MACHINE",
+            help="the machine, if it is not where the proof says",
+            show_default=False,
+        ),
+    ] = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Compute each bound of a proof again, from its file alone.
+    """Compute the bounds of a proof again, and check its machine.
 
-    Exit code 1 if one does not follow. `check_proof.py` beside the file does the same without
-    planter.
+    Its programs are compared with those of the machine.
+
+    Exit code 1 if a bound does not follow, or the machine is another. `check_proof.py` beside the
+    file computes the bounds without planter.
     """
     console = Console(as_json)
     with console.outcome():
         from planter.engine.proof.certificate_file import check_document, read_document
 
-        result = check_document(read_document(file))
+        result = check_document(read_document(file), partial(_rebuild_objective, file, machine))
         console.result(result, lambda: print(result.describe()))
     if not result.valid:
         raise typer.Exit(1)
@@ -259,6 +355,7 @@ def diff(
             metavar="A B [C ...]",
             help="two or more machines of one kind: files, or names of built-in ones",
             show_default=False,
+            autocompletion=complete_machines,
         ),
     ],
     model: ModelOption = ModelName.exact,
@@ -311,6 +408,7 @@ def explain(
         typer.Argument(
             help="a symbol or key, as F_B1x, mass.sun_kg, range_N, tip_x_mm; or a machine",
             show_default=False,
+            autocompletion=complete_machines,
         ),
     ] = None,
     key: Annotated[
@@ -336,8 +434,8 @@ def explain(
     """Explain a symbol or a key: meaning, unit, source.
 
     Of a machine, every value with its bounds, every quantity, and the functions; `--out` writes
-    its drawings with the symbols on them: `planter explain wang2017 --out drawn`. With `--bodies`
-    free-body diagrams: `planter explain wang2017 --bodies --at 40 --out bodies`.
+    its drawings with the symbols on them: `planter about explain wang2017 --out drawn`. With
+    `--bodies` free-body diagrams: `planter about explain wang2017 --bodies --at 40 --out bodies`.
     """
     console = Console(as_json)
     with console.outcome():
@@ -349,7 +447,7 @@ def explain(
 
             if name is None or key is not None:
                 raise InputError(
-                    "--bodies: name one machine, as `planter explain wang2017 --bodies`"
+                    "--bodies: name one machine, as `planter about explain wang2017 --bodies`"
                 )
             cut = cut_bodies(name, parse_changes(set_), DRAWN_DEG if at is None else at)
             present_bodies(cut, out is not None).show(console, out)

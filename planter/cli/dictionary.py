@@ -46,7 +46,7 @@ def explain_name(name: str) -> Explained:
         name,
         "NAME",
         "is not a symbol or key",
-        "`planter explain` lists all names",
+        "`planter about explain` lists all names",
     )
 
 

@@ -24,6 +24,7 @@ EXTRAS = {
     "step": "OCP",
     "cluster": "distributed",
     "sampling": "numpyro",
+    "control": "control",
 }
 """Extras of pyproject.toml for users, each with a module that it alone brings."""
 

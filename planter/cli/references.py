@@ -60,7 +60,7 @@ def cite_works(name: str) -> list[Cited]:
     if name in index.commands:
         return [cite_work(key) for key in (OWN, *index.commands[name])]
     names = [*index.works, *index.commands]
-    hint = paths.suggest_names(name, names, "planter cite lists the works and commands")
+    hint = paths.suggest_names(name, names, "planter about cite lists the works and commands")
     raise InputError.for_value(
         "NAME", name, f"it is neither a work nor a command based on one, {hint}"
     )

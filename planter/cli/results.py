@@ -20,7 +20,7 @@ class Cited(Record):
 
 @dataclass(frozen=True)
 class Citations(Record):
-    """`planter cite NAME`: the works behind a command, or one work."""
+    """`planter about cite NAME`: the works behind a command, or one work."""
 
     name: str
     works: list[Cited]
@@ -28,7 +28,7 @@ class Citations(Record):
 
 @dataclass(frozen=True)
 class Citable(Record):
-    """`planter cite`: keys of the works, and of works by the command that rests on them."""
+    """`planter about cite`: keys of the works, and of works by the command that rests on them."""
 
     works: list[str]
     commands: dict[str, list[str]]
@@ -60,21 +60,39 @@ class Derived(Record):
 
 @dataclass(frozen=True)
 class Listed(Record):
-    """`planter schema`: commands whose results have a schema."""
+    """`planter about schema`: commands whose results have a schema."""
 
     commands: list[str]
 
 
 @dataclass(frozen=True)
+class Templates(Record):
+    """`planter new`: what each template is, by name."""
+
+    templates: dict[str, str]
+
+
+@dataclass(frozen=True)
+class TemplateWritten(Record):
+    """`planter new TEMPLATE`: the files that were written, and the commands to type next."""
+
+    template: str
+    files: list[str]
+    next: list[str]
+
+
+@dataclass(frozen=True)
 class Topics(Record):
-    """`planter help`: what there is to read about."""
+    """`planter help`: what there is to read; titles of pages and meanings of words by name."""
 
     topics: list[str]
+    pages: dict[str, str]
+    words: dict[str, str]
 
 
 @dataclass(frozen=True)
 class Topic(Record):
-    """`planter help TOPIC`: a page."""
+    """`planter help NAME`: the text of a topic, a page or a word."""
 
     topic: str
     text: str
@@ -189,7 +207,7 @@ class Meaning(Record):
 
 @dataclass(frozen=True)
 class Explained(Record):
-    """`planter explain NAME`: every meaning of a name."""
+    """`planter about explain NAME`: every meaning of a name."""
 
     name: str
     meanings: list[Meaning]
@@ -197,7 +215,7 @@ class Explained(Record):
 
 @dataclass(frozen=True)
 class KnownNames(Record):
-    """`planter explain`: all names by machine."""
+    """`planter about explain`: all names by machine."""
 
     names: dict[str, list[str]]
 
@@ -223,7 +241,7 @@ class ExplainedFunction(Record):
 
 @dataclass(frozen=True)
 class ExplainedMachine(Record):
-    """`planter explain MACHINE`: its values, quantities, functions and drawings; `files` were
+    """`planter about explain MACHINE`: its values, quantities, functions and drawings; `files` were
     written by `--out`.
     """
 
@@ -265,7 +283,7 @@ class FreeBodyFound(Record):
 
 @dataclass(frozen=True)
 class FreeBodiesFound(Record):
-    """`planter explain MACHINE --bodies --at DEG`: all bodies with their loads; `files` were written
+    """`planter about explain MACHINE --bodies --at DEG`: all bodies with their loads; `files` were written
     by `--out`.
     """
 
@@ -334,14 +352,15 @@ class Benchmark(Record):
 
 
 COMMANDS = {
-    "example": Examples | Example,
+    "new": Templates | TemplateWritten,
+    "about example": Examples | Example,
     "derive": Derived,
-    "schema": Listed,
-    "help": Topics | Topic,
-    "cite": Citations | Citable,
+    "about schema": Listed,
+    "about help": Topics | Topic,
+    "about cite": Citations | Citable,
     "prove": ProofCheck,
     "diff": MachineComparison,
-    "explain": Explained | KnownNames | ExplainedMachine | FreeBodiesFound,
-    "doctor": Examination,
-    "bench": Benchmark,
+    "about explain": Explained | KnownNames | ExplainedMachine | FreeBodiesFound,
+    "about doctor": Examination,
+    "about bench": Benchmark,
 }

@@ -419,7 +419,7 @@ class DrivenQuantity(Record):
 
 @dataclass(frozen=True)
 class DriveResult(Record):
-    """`planter drive`: a turn that repeats itself, and the same at its mean speed, held constant.
+    """`simulate --motor`: a turn that repeats itself, and that at its mean speed, held constant.
 
     `imbalance_W` is the most by which the motor's power misses the rate of all energies and the
     power of friction; `turns_rpm` are speeds at the starts of turns; `inertia_*_kgm2` are the

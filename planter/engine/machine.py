@@ -689,7 +689,7 @@ def load_driven_machine(
     """
     machine = load_machine(source, changes, speed_rpm, **choices)
     if machine.motion is not None:
-        message = f"no angle drives {machine.name}; run `planter move` for its free motion"
+        message = f"no angle drives {machine.name}; run `planter simulate` for its free motion"
         raise InputError(f"{source}: {message}")
     return machine
 

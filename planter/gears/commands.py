@@ -10,6 +10,7 @@ from typing import Annotated, Any
 import typer
 
 from planter.errors import InputError
+from planter.report.completion import complete_machines
 from planter.report.console import Console
 from planter.report.options import (
     JsonOption,
@@ -58,8 +59,8 @@ Their mesh is solved and checked, and they are written as files for a workshop.
 MACHINE is a planting device: both of its stages are cut; or a seedling pick-up: its sun and
 intermediate gear have teeth where the arm moves, and locking arcs where it dwells. --curve takes
 a CSV file with the columns polar_deg and radius_mm over a closed turn, or FILE:PREFIX for columns
-PREFIX_polar_deg and PREFIX_radius_mm, as `planter train` writes them; its mate is the conjugate,
-with which --mate is compared.
+PREFIX_polar_deg and PREFIX_radius_mm, as `planter design train` writes them; its mate is the
+conjugate, with which --mate is compared.
 
 For a planting device it also reports the effect of tooth friction: without friction, by the
 paper's convention, and against the sliding, with the lost work.
@@ -81,7 +82,9 @@ def gears(
     machine: Annotated[
         str | None,
         typer.Argument(
-            help="a machine file, or the name of a built-in machine", show_default=False
+            help="a machine file, or the name of a built-in machine",
+            show_default=False,
+            autocompletion=complete_machines,
         ),
     ] = None,
     curve: Annotated[

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from planter.errors import InputError
-from planter.mechanism.analysis_commands import open_machine
+from planter.mechanism.simulate_command import open_machine
 from planter.report.console import Console
 from planter.report.options import (
     ClusterOption,

@@ -1,5 +1,5 @@
-"""The commands of all machines that the engine takes: analyses, `planter calibrate`, `planter move`,
-and the search of `planter optimise`.
+"""The commands of all machines that the engine takes: `planter simulate`, analyses, `planter
+calibrate`, and the search of `planter optimise`.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from planter.errors import InputError
-from planter.mechanism import analysis_commands, calibrate_command, move_command
+from planter.mechanism import analysis_commands, calibrate_command, simulate_command
 from planter.report.console import Console
 from planter.report.options import (
     find_proof,
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from planter.mechanism.optimisation import MechanismOptimum
     from planter.task import Means
 
-app = join_applications(analysis_commands.app, calibrate_command.app, move_command.app)
+app = join_applications(simulate_command.app, analysis_commands.app, calibrate_command.app)
 
 NO_STAGES = "it has no gear stages"
 REFUSED = {

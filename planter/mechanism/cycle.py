@@ -1,5 +1,5 @@
 """The cycle of a machine: every quantity, works, laws, contacts that lift off, and the checks of
-`planter validate`.
+`planter simulate --check`.
 """
 
 from __future__ import annotations

@@ -394,7 +394,7 @@ OPEN = 1e-11
 NOTES = (
     "Laws of mechanics, contacts that lift off, limits and optima are not computed here: save the "
     "file in the folder "
-    "of its generated functions, and run planter turn.",
+    "of its generated functions, and run planter simulate.",
 )
 
 

@@ -19,11 +19,17 @@ from planter.engine.goal import Goal
 from planter.engine.loops import TURN
 from planter.engine.machine import Machine
 from planter.engine.measures import Limit, Measure
-from planter.engine.proof.certificate_file import write_certificate
-from planter.engine.proof.enclosures import Kinks, ResponseProgram, ResponseRecorder, RootStart
+from planter.engine.proof.certificate_file import (
+    ProvedMachine,
+    find_changes,
+    write_certificate,
+)
+from planter.engine.proof.continuation import AssemblyStart
+from planter.engine.proof.enclosures import Kinks, ResponseProgram, ResponseRecorder
 from planter.engine.proof.objective import (
     ProvableObjective,
     ProvedQuantity,
+    build_bare_objective,
     build_provable_objective,
     check_provable,
     is_fixed,
@@ -32,11 +38,11 @@ from planter.engine.proof.search import SECONDS, Incumbent
 from planter.engine.search import SearchSpec
 from planter.engine.solvers.constraints import FEASIBILITY_TOLERANCE
 from planter.engine.solvers.response import find_breakpoints
-from planter.errors import ComputationError
+from planter.errors import ComputationError, InputError
 from planter.kernels import Array, generated
 from planter.kernels.formulas import HOISTED, Formulas
 from planter.kernels.generated import extract_outputs, find_periodic
-from planter.mechanism.file import MechanismFile
+from planter.mechanism.file import MechanismFile, load
 from planter.mechanism.machines import build_machine
 from planter.mechanism.optimisation import MechanismOptimum, StatedGoal
 from planter.progress import Listener
@@ -77,16 +83,44 @@ def with_proof(
         replace(limit, number=limit.number + limit.sign * FEASIBILITY_TOLERANCE * steps.step(limit))
         for limit in goal.limits
     ]
-    build = partial(build_objective, file, machine.searched, goal.objective, limits, count)
+    searched = machine.searched
+    build = partial(build_objective, file, searched, goal.objective, limits, count, optimum.x)
     pairs = zip(machine.design_names, optimum.x / machine.scale, strict=True)
     design = {key: float(value) for key, value in pairs}
     incumbent = Incumbent(optimum.x, design, optimum.result.objective, count, _describe_scope(goal))
-    box, names = (machine.lower, machine.upper), machine.design_names
-    sources = EnclosedMechanism(machine, file.model).list_sources()
+    box, proved = (machine.lower, machine.upper), describe_machine(file, machine)
     proof, text = write_certificate(
-        build, box, incumbent, names, sources, seconds, listener, means, earlier, keep
+        build, box, incumbent, proved, seconds, listener, means, earlier, keep
     )
     return replace(optimum, result=replace(optimum.result, proof=proof.result), certificate=text)
+
+
+def describe_machine(file: MechanismFile, machine: Machine) -> ProvedMachine:
+    """Return what a proof of a mechanism states of it."""
+    numbers = {path: x for path, x in file.numbers().items() if path.startswith("values.")}
+    sources = EnclosedMechanism(machine, file.model).list_sources()
+    scales, changes = machine.scale.tolist(), find_changes(numbers, file.source, load)
+    inputs = {"data": [float(x).hex() for x in machine.data], "moved": list(machine.moved)}
+    return ProvedMachine(machine.design_names, scales, sources, file.source, changes, inputs=inputs)
+
+
+def rebuild_objective(source: str, document: Mapping[str, Any]) -> ProvableObjective:
+    """Return the objective of a mechanism for the parameters and quantities of a proof, without
+    terms. Raises InputError if the file has others.
+    """
+    stated = document["machine"]
+    file = load(source, stated["changes"])
+    machine = build_machine(file)
+    keys = replace(machine, moved=tuple(range(len(machine.values)))).design_names
+    if unknown := set(document["parameters"]) - set(keys):
+        raise InputError(f"{source}: it has no {', '.join(sorted(unknown))}")
+    moved = tuple(keys.index(name) for name in document["parameters"])
+    lower, upper = (np.array([float.fromhex(x) for x in side]) for side in document["box"])
+    machine = replace(machine, moved=moved, lower=lower, upper=upper)
+    quantities = list(map(ProvedQuantity.from_document, stated["quantities"]))
+    return build_bare_objective(
+        machine, EnclosedMechanism(machine, file.model), quantities, document
+    )
 
 
 def build_objective(
@@ -95,13 +129,14 @@ def build_objective(
     terms: Sequence[Measure],
     limits: Sequence[Limit],
     count: int | None,
+    origin: Array | None = None,
 ) -> ProvableObjective:
     """Return a sum of measures, over `count` samples or true, as a proof bounds it, in the values
-    that are searched.
+    that are searched, with the assembly of the design `origin`.
     """
     machine = replace(build_machine(file), **searched)
     enclosed = EnclosedMechanism(machine, file.model)
-    return build_provable_objective(machine, terms, count, enclosed, limits)
+    return build_provable_objective(machine, terms, count, enclosed, limits, origin)
 
 
 def _describe_scope(goal: StatedGoal) -> str:
@@ -115,8 +150,6 @@ def _describe_scope(goal: StatedGoal) -> str:
 
 FARTHEST = 1e3
 """Largest size of a coordinate at which an assembly is looked for [m or rad]."""
-WALKED = 144
-"""Steps of a cycle between which coordinates of loops are found from near ones."""
 MOST_TURNS = 1000
 """Largest number of turns of a cycle."""
 MOST_NEWTON_STEPS = 9
@@ -212,20 +245,13 @@ class EnclosedMechanism:
         """Return the hash of the generated module by its name."""
         return generated.hash_modules([self._module])
 
-    def find_starts(self, x: Array) -> list[RootStart]:
-        """Return coordinates of loops over a cycle at a design (p,), NaN from where on they do not
-        close.
-        """
+    def find_assembly(self, x: Array) -> AssemblyStart:
+        """Return the coordinates of loops at a design (p,), as a walk begins with them."""
         loops = self.machine.loops
         if loops is None:
-            return []
+            return AssemblyStart(x)
         data = np.array([self.machine.build_data(x[: len(self.machine.moved)])]).T
-        angles = np.linspace(0, self.machine.turn, WALKED + 1)
-        walk = loops.walk(data, angles)
-        _, (is_returned,) = walk.gains()
-        is_partial = walk.assembled & ~walk.alive
-        end = np.inf if is_returned else float(walk.reached[0]) if is_partial[0] else -1.0
-        return [RootStart(np.where(angles <= end, walk.places[:, :, 0], np.nan), self.machine.turn)]
+        return AssemblyStart(x, [loops.walk(data, np.empty(0)).first[:, 0].tolist()])
 
     def find_kinks(self, x: Array) -> Kinks:
         """Return the breakpoints of the first side at a design (p,), none if its loops do not

@@ -103,7 +103,7 @@ class MechanismCycleResult(Record):
 
 @dataclass(frozen=True, kw_only=True)
 class MachineValidation(Record):
-    """`planter validate` of a machine of the engine: its file, limits and cycle.
+    """`planter simulate --check` of a machine of the engine: its file, limits and cycle.
 
     `design` are the values with bounds; `holds` and `met` are those of a cycle; `own_numbers` are
     the paths of the numbers whose origin is this file.
@@ -301,9 +301,8 @@ class MechanismOptimumResult(Record):
 
 COMMANDS = {
     "cam": Cam,
-    "drive": DriveResult,
+    "simulate motor": DriveResult,
     "sensitivity": SensitivityResult,
-    "move": MotionResult | EnsembleResult,
     "optimise least": MechanismOptimumResult,
 }
 """Results by command."""

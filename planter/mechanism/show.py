@@ -33,7 +33,7 @@ MOST_READINGS = 12
 """Results whose largest and least values are displayed."""
 VALUES = "values"
 """Section of the file that has the numbers of the mechanism."""
-EXPORTS = (Export("report", "page, figures and table of a turn", ("turn",)),)
+EXPORTS = (Export("report", "page, figures and table of a turn", ("simulate",)),)
 
 
 class MechanismView:

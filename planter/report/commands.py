@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from planter.report.completion import complete_machines
 from planter.report.console import Console
 from planter.report.options import JsonOption, SetOption, parse_changes, writes_files
 
@@ -16,7 +17,12 @@ app = typer.Typer()
 @app.command()
 @writes_files()
 def animate(
-    machine: Annotated[str, typer.Argument(help="a machine's file, or the name of a built-in one")],
+    machine: Annotated[
+        str,
+        typer.Argument(
+            help="a machine's file, or the name of a built-in one", autocompletion=complete_machines
+        ),
+    ],
     out: Annotated[
         Path,
         typer.Option(

@@ -157,6 +157,20 @@ def write_file(path: Path, content: bytes) -> None:
         part.write_bytes(content)
 
 
+def create_file(path: Path, content: bytes) -> None:
+    """Create a file that is its user's from the beginning: no manifest has it.
+
+    Raises InputError, naming the path, if the file exists or cannot be written.
+    """
+    try:
+        with path.open("xb") as file:
+            file.write(content)
+    except FileExistsError:
+        raise InputError(f"{path}: this file exists, and it is not overwritten") from None
+    except (OSError, ValueError) as error:
+        raise _cannot_write(path, error) from None
+
+
 def drop_file(path: Path) -> None:
     """Remove a file that planter wrote, if it is there as it was written."""
     manifest = _manifest(path)

@@ -18,6 +18,7 @@ from typer.core import TyperArgument, TyperCommand, TyperOption
 from planter import safe_text
 from planter.errors import InputError, Interrupted
 from planter.report import folder
+from planter.report.completion import complete_changes, complete_machines
 from planter.report.console import Console
 
 
@@ -35,6 +36,7 @@ MachineArgument = Annotated[
         "NAME.toml, or NAME of one here "
         "or in generated/",
         show_default=False,
+        autocompletion=complete_machines,
     ),
 ]
 ModelOption = Annotated[
@@ -58,6 +60,7 @@ SetOption = Annotated[
         "example` shows one: "
         "in full, as mass.sun_kg or nozzle.hinge_A_mm[0], or its last part if that is unique",
         show_default=False,
+        autocompletion=complete_changes,
     ),
 ]
 SpeedOption = Annotated[
@@ -221,12 +224,29 @@ def read_ranges(option: str, texts: Sequence[str]) -> dict[str, tuple[float, flo
     return ranges
 
 
+class SectionedCommand(TyperCommand):
+    """A command whose help has a section for each `rich_help_panel` of its options."""
+
+    def format_options(self, ctx: Any, formatter: Any) -> None:
+        """Write arguments, options that belong to no section, then the sections."""
+        sections: dict[str, list[Any]] = {"Arguments": [], "Options": []}
+        for parameter in self.get_params(ctx):
+            if (record := parameter.get_help_record(ctx)) is not None:
+                kind = "Arguments" if parameter.param_type_name == "argument" else "Options"
+                title = getattr(parameter, "rich_help_panel", None) or kind
+                sections.setdefault(title, []).append(record)
+        for title, records in sections.items():
+            if records:
+                with formatter.section(title):
+                    formatter.write_dl(records)
+
+
 def list_allowed(**values: Callable[[], Iterable[str]]) -> type[TyperCommand]:
     """Return a command whose help lists the allowed values of its parameters, looked up at that
     time.
     """
 
-    class Listing(TyperCommand):
+    class Listing(SectionedCommand):
         def format_help(self, ctx: Any, formatter: Any) -> None:
             parameters = {
                 item.name: item

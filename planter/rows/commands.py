@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 
 from planter.errors import InputError
+from planter.report.completion import complete_files, complete_machines
 from planter.report.console import Console
 from planter.report.options import (
     ClusterOption,
@@ -59,7 +60,13 @@ Results are the same for any number of workers. From 20000 rows on, all cores ar
 @writes_files("summary.json", "rows.csv", "rows.parquet", "report.html")
 def sweep(
     plan: Annotated[
-        Path | None, typer.Argument(metavar="PLAN", help="a plan (TOML)", show_default=False)
+        Path | None,
+        typer.Argument(
+            metavar="PLAN",
+            help="a plan (TOML)",
+            show_default=False,
+            autocompletion=complete_files(".toml"),
+        ),
     ] = None,
     listed: Annotated[
         str | None,
@@ -125,7 +132,12 @@ lists all inputs and outputs. With --out finished work is saved: run the same co
 @app.command(help=TOLERANCE_HELP)
 @writes_files("summary.json", "tolerances.toml", "report.html")
 def tolerance(
-    machine: Annotated[str, typer.Argument(help="machine file, or name of a built-in machine")],
+    machine: Annotated[
+        str,
+        typer.Argument(
+            help="machine file, or name of a built-in machine", autocompletion=complete_machines
+        ),
+    ],
     tolerances: Annotated[
         Path | None,
         typer.Option("--tolerances", metavar="FILE", help="tolerances (TOML)", show_default=False),

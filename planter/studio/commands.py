@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from planter.errors import InputError
+from planter.report.completion import complete_machines
 from planter.report.console import Console
 from planter.report.options import refuse_unused, writes_files
 from planter.text_files import is_file
@@ -22,7 +23,11 @@ DEFAULT = "wang2017"
 def studio(
     machine: Annotated[
         str | None,
-        typer.Argument(help="a machine's file, or the name of a built-in one", show_default=False),
+        typer.Argument(
+            help="a machine's file, or the name of a built-in one",
+            show_default=False,
+            autocompletion=complete_machines,
+        ),
     ] = None,
     folder: Annotated[
         Path, typer.Option(help="folder whose files can be opened; no others are read")

@@ -27,13 +27,17 @@ FREE = {"--json", "--overwrite", "--help", "--out", "--set"}
 """Options that change no result by their meaning, or whose values are those of a file."""
 MEANS = {"--seed", "--workers", "--cluster"}
 """Options that change no result where there is something random, or a task that is shared."""
-NO_TASKS = ("move", "calibrate", "sweep --list")
+NO_TASKS = ("simulate", "calibrate", "sweep --list")
 """Beginnings of calls without such a task; an ensemble has one."""
 VALUES: dict[str, tuple[str, ...]] = {
     "--samples": ("48",),
     "--at": ("33",),
     "--model": ("printed",),
     "--lift": (),
+    "--motor": (),
+    "--all-pairs": (),
+    "--resume": (),
+    "--pair": ("sine+sine",),
     "--module-mm": ("3",),
     "--speed-rpm": ("31",),
     "--least": ("range M_L",),
@@ -114,34 +118,36 @@ VALUES: dict[str, tuple[str, ...]] = {
     "--answers": ("a.jsonl",),
 }
 """A value for each option, other than its default."""
+FLAGS = {("simulate", "--check")}
+"""Options that take a value in other commands alone."""
 VALID = {
-    "validate wang2017": {"--speed-rpm"},
-    "cite simulate": {"--bibtex"},
-    "clutch engage shi2021": {"--mode"},
+    "simulate wang2017 --check": {"--speed-rpm"},
+    "about cite simulate": {"--bibtex"},
+    "design clutch engage shi2021": {"--mode"},
 }
 """Options by calls whose result says that a value is valid, has both forms, or takes long."""
 CALLS = (
     "simulate wang2017",
     "simulate own",
     "sensitivity wang2017 --samples 36",
-    "validate wang2017",
-    "move free --until 0.01 --points 11",
-    "move free --until 0.01 --points 11 --ensemble 2",
+    "simulate wang2017 --check",
+    "simulate free --until 0.01 --points 11",
+    "simulate free --until 0.01 --points 11 --ensemble 2",
     "calibrate wang2017 --data own.lvm --preview",
     "calibrate wang2017 --data own.lvm --preview --column 2 --time 1",
-    "synthesise sun2019",
-    "train sun2019-curve",
-    "cite",
-    "cite simulate",
-    "explain",
-    "explain range_N",
-    "explain wang2017 F_E",
-    "clutch engage shi2021",
-    "clutch geometry shi2021",
-    "clutch rotor",
-    "clutch field",
-    "clutch plan L9",
-    "drive compact --stall-Nm 6 --idle-rpm 42 --flywheel-kgm2 0.4",
+    "design synthesise sun2019",
+    "design train sun2019-curve",
+    "about cite",
+    "about cite simulate",
+    "about explain",
+    "about explain range_N",
+    "about explain wang2017 F_E",
+    "design clutch engage shi2021",
+    "design clutch geometry shi2021",
+    "design clutch rotor",
+    "design clutch field",
+    "design clutch plan L9",
+    "simulate compact --motor --stall-Nm 6 --idle-rpm 42 --flywheel-kgm2 0.4",
     "cam wang2017 --roller-mm 6",
     "sweep --list wang2017",
     "audit wang2017",
@@ -157,7 +163,8 @@ def list_options() -> dict[str, set[str]]:
 
 def find_command(call: str) -> str:
     words = call.split()
-    return " ".join(words[:2]) if " ".join(words[:2]) in list_options() else words[0]
+    names = (" ".join(words[:count]) for count in (3, 2, 1))
+    return next(name for name in names if name in list_options())
 
 
 @pytest.fixture(scope="module")
@@ -198,9 +205,9 @@ def first_result(folder: Path, call: str) -> tuple[int, Any, str]:
 
 def is_told(folder: Path, call: str, option: str, values: tuple[str, ...] | None = None) -> bool:
     """Return whether an option changes the result of a call, or what is said names it."""
-    code, result, notes = say(
-        folder, [*resolve(call), option, *(VALUES[option] if values is None else values)]
-    )
+    if values is None:
+        values = () if (call.split()[0], option) in FLAGS else VALUES[option]
+    code, result, notes = say(folder, [*resolve(call), option, *values])
     return code != 0 or result != first_result(folder, call)[1] or option in notes
 
 
@@ -221,14 +228,14 @@ def test_options_without_effect_are_refused_or_said(call: str, folder: Path) -> 
 
 
 IGNORED = {
-    "move x --until 1": (
+    "simulate x --until 1": (
         "--since 1",
         "--period 1",
         "--perturbation 0.1",
         "--seed 1",
         "--workers 2",
     ),
-    "move x --until 1 --ensemble 3": ("--rest", "--least-squares"),
+    "simulate x --until 1 --ensemble 3": ("--rest", "--least-squares"),
     "optimise wang2017": ("--prove-seconds 3",),
     "studio --static x.html": ("--port 1", "--folder x"),
     "tolerance wang2017 --no-robust": ("--sigmas 2",),
@@ -258,10 +265,10 @@ IGNORED = {
         "--check own.lvm",
         "--preview",
     ),
-    "explain": ("--out x", "--set a=1"),
-    "explain wang2017 F_E": ("--out x",),
-    "cite": ("--bibtex",),
-    "train sun2019-curve": ("--carrier 2",),
+    "about explain": ("--out x", "--set a=1"),
+    "about explain wang2017 F_E": ("--out x",),
+    "about cite": ("--bibtex",),
+    "design train sun2019-curve": ("--carrier 2",),
     "sweep --list wang2017": ("--workers 2", "--out x"),
 }
 """Options that have no effect in a mode, by calls."""
@@ -300,5 +307,5 @@ def test_numbers_of_options_that_are_not_finite_are_refused(
 
 
 def test_option_that_is_ignored_is_found(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("planter.mechanism.analysis_commands.refuse_unused", lambda *words: None)
+    monkeypatch.setattr("planter.mechanism.simulate_command.refuse_unused", lambda *words: None)
     assert not is_told(folder, "simulate wang2017", "--module-mm")

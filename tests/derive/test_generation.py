@@ -316,6 +316,7 @@ def test_user_paper_is_audited(factor: str, verdict: str, tmp_path: Path) -> Non
     assert {path.name for path in written.glob("[!.]*")} == {
         "audit.json",
         "audit_mathml.json",
+        "verdicts.json",
         "AUDIT.md",
     }
     first, second = json.loads((written / "audit.json").read_text())["equations"]

@@ -11,13 +11,18 @@ from __future__ import annotations
 
 import json
 import re
+import shlex
 import sys
 import tomllib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache
+from pathlib import Path
 from string import Formatter
+from tempfile import TemporaryDirectory
 from typing import Any
+
+import pytest
 
 from tests.support.cli import answer
 from tests.support.structure import ROOT
@@ -116,11 +121,22 @@ def read_saved() -> dict[str, Scalar]:
 
 
 def measured(command: str) -> dict[str, Scalar]:
-    """Run a command, or read a record, and return the values of its fields by path."""
-    call = listed()["commands"][command]
+    """Run commands, or read a record, and return the values of its fields by path.
+
+    Those before the last one write files, into a folder that is dropped afterwards.
+    """
+    stated = listed()["commands"][command]
+    *before, call = [stated] if isinstance(stated, str) else stated
     record = ROOT / call
-    is_record = record.suffix == ".json"
-    result = json.loads(record.read_text("utf-8")) if is_record else answer(*call.split())
+    if record.suffix == ".json":
+        result = json.loads(record.read_text("utf-8"))
+    else:
+        with TemporaryDirectory() as folder, pytest.MonkeyPatch.context() as patch:
+            (Path(folder) / "docs").symlink_to(ROOT / "docs")
+            patch.chdir(folder)
+            for preparation in before:
+                answer(*shlex.split(preparation))
+            result = answer(*shlex.split(call))
     return {
         path: lookup(result, path) for path, field in fields().items() if field.command == command
     }

@@ -6,10 +6,12 @@ from collections.abc import Mapping
 from functools import cache
 from typing import Any
 
+from planter import menu
 from planter.files import schema
 
 
 @cache
 def load_schema(command: str) -> Mapping[str, Any]:
-    """Return the JSON schema of a command's result, as `planter schema` prints it."""
-    return schema.build_schema(command, schema.load_result_types()[command])
+    """Return the JSON schema of a command's result by a name of it, as `planter about schema`."""
+    name = menu.current_result(command)
+    return schema.build_schema(name, schema.load_result_types()[name])

@@ -201,6 +201,30 @@ def derive_relations(m: Mechanism) -> dict[Quantity, Expr]:
     return relations
 
 
+@cache
+def derive_definitions() -> dict[sp.Symbol, Expr]:
+    """Return quantities of both sides by what they are in other quantities, the nearest first."""
+    other = twins.Other(q.phi, q.twin, side_quantities())
+    formulas: dict[sp.Symbol, Expr] = {step.symbol: step.expr for step in _steps()}
+    formulas |= {
+        e.defines: e.defines - e.residual for e in derive_claims().values() if e.defines is not None
+    }
+    formulas |= derive_reactions() | {q.alpha_n: pi / 9}
+    both = formulas | {q.twin(s): other(e) for s, e in formulas.items()}
+    return {s: e for s, e in both.items() if s not in e.free_symbols} | _paper_coordinates()
+
+
+def _steps() -> tuple[Let, ...]:
+    return tuple(derivation.build_device().named)
+
+
+def derive_reactions() -> dict[sp.Symbol, Expr]:
+    """Return the actions of both sides that a paper need not name, in other quantities."""
+    other = twins.Other(q.phi, q.twin, side_quantities())
+    relations = _cached_relations()
+    return {**relations, **{q.twin(s): other(e) for s, e in relations.items()}}
+
+
 def to_canonical_form(expr: Expr) -> Expr:
     """Return an expression in the quantities that papers use, expanded."""
     return reduce_sine_squares(sp.expand(to_paper_quantities(expr), trig=False))

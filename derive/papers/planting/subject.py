@@ -312,6 +312,14 @@ class PlantingDevice(Subject):
         """Return the offsets that may be taken from a symbol."""
         return claims.OFFSETS
 
+    def definitions(self) -> Mapping[sp.Symbol, Expr]:
+        """Return the quantities of both sides by what they are in other quantities."""
+        return claims.derive_definitions()
+
+    def reactions(self) -> Mapping[sp.Symbol, Expr]:
+        """Return constraint moments and moments of tooth forces in other quantities."""
+        return claims.derive_reactions()
+
     def actions(self) -> Mapping[sp.Symbol, str]:
         """Return the descriptions of forces and moments by their symbols."""
         return claims.describe_actions()

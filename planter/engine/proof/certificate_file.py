@@ -8,7 +8,8 @@ in another arithmetic, without planter; its rules for what a file may state are 
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import asdict, dataclass, field, replace
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -17,17 +18,28 @@ import numpy as np
 
 from planter.engine.proof.check_proof import (
     FORMAT,
+    MEANT,
+    TRIALS,
     RefusedError,
     check_form,
     compute_digest,
+    list_trusted,
     state_claim,
 )
-from planter.engine.proof.enclosures import AnglePanels, ResponseProgram, RootStart, list_angles
+from planter.engine.proof.continuation import AssemblyStart
+from planter.engine.proof.enclosures import AnglePanels, ResponseProgram, list_angles
 from planter.engine.proof.intervals import Ball, Unbounded
-from planter.engine.proof.objective import BoundedMeasure, Box, Evidence, ProvableObjective
+from planter.engine.proof.jets import CENTRE, Space
+from planter.engine.proof.objective import (
+    BoundedMeasure,
+    Box,
+    Evidence,
+    ProvableObjective,
+)
 from planter.engine.proof.proof_results import ProofCheck
 from planter.engine.proof.search import BoxNode, Incumbent, Proof, SharedObjective, prove_bound
 from planter.errors import InputError
+from planter.files.document import Document
 from planter.kernels import Array, generated
 from planter.progress import Listener
 from planter.task import Means
@@ -40,12 +52,59 @@ UNREADABLE = ValueError, LookupError, TypeError
 """What a part of another form than that of a proof raises."""
 
 
+@dataclass(frozen=True)
+class ProvedMachine:
+    """A machine of which something is proved: `names` of the parameters with their `scales`, SI units per unit of the
+    name; hashes `sources` of generated modules by name; the `source` of its machine, in a `model`
+    if there are several, whose numbers are those there but for `changes`. `inputs` are numbers that
+    the generated functions take besides the parameters, for who calls them without planter.
+    """
+
+    names: Sequence[str]
+    scales: Sequence[float]
+    sources: Mapping[str, str]
+    source: str
+    changes: Mapping[str, float]
+    model: str = ""
+    inputs: Mapping[str, Any] = field(default_factory=dict)
+
+    def to_document(self, objective: ProvableObjective) -> dict[str, Any]:
+        """Return it as a part of the file of a proof of an objective."""
+        pairs = zip(objective.quantities, objective.factors, strict=True)
+        quantities = [{**asdict(entry), "factor": float(factor).hex()} for entry, factor in pairs]
+        machine = {"source": self.source, "model": self.model, "changes": dict(self.changes)}
+        return {
+            "generated": dict(self.sources),
+            "machine": {**machine, "quantities": quantities, "inputs": dict(self.inputs)},
+            "parameters": list(self.names),
+            "scales": _write(self.scales),
+        }
+
+
+Rebuild = Callable[[Mapping[str, Any]], ProvableObjective]
+"""A document -> the objective of the machine that it names, as generated here, for its parameters
+and quantities; raises InputError if there is none.
+"""
+
+
+def find_changes(
+    numbers: Mapping[str, float], source: str, load: Callable[[str], Document]
+) -> dict[str, float]:
+    """Return which numbers of a machine, by path, differ from those of its file; all if there is
+    none.
+    """
+    try:
+        base = load(source).numbers()
+    except InputError:
+        base = {}
+    return {path: value for path, value in numbers.items() if base.get(path) != value}
+
+
 def write_certificate(
     build: Callable[[], ProvableObjective],
     box: Box,
     incumbent: Incumbent,
-    names: Sequence[str],
-    sources: Mapping[str, str],
+    machine: ProvedMachine,
     seconds: float,
     listener: Listener | None,
     means: Means,
@@ -61,7 +120,7 @@ def write_certificate(
     objective = build()
 
     def write(proof: Proof) -> str:
-        return format_document(build_document(proof, objective, names, sources))
+        return format_document(build_document(proof, objective, machine))
 
     root = None if earlier is None else _read_earlier_tree(earlier, objective, box, incumbent)
     save = None if keep is None else lambda proof: keep(write(proof))
@@ -99,10 +158,13 @@ def describe_claim(objective: ProvableObjective, box: Box, samples: int | None) 
         "kind": "true" if samples is None else "sampled",
         "samples": samples,
         "response": objective.response.to_document(),
+        "assembly": objective.start.to_document()
+        if objective.response.rooted and objective.start is not None
+        else None,
         "terms": [term.to_document() for term in objective.terms],
         "limits": [limit.to_document() for limit in objective.limits],
         "all_limits": objective.heeds_all,
-        "quantities": objective.list_labels(),
+        "quantities": list(objective.labels),
         "box": [_write(side) for side in box],
     }
     plain: dict[str, Any] = json.loads(json.dumps(claim))
@@ -110,29 +172,28 @@ def describe_claim(objective: ProvableObjective, box: Box, samples: int | None) 
 
 
 def build_document(
-    proof: Proof, objective: ProvableObjective, names: Sequence[str], sources: Mapping[str, str]
+    proof: Proof, objective: ProvableObjective, machine: ProvedMachine
 ) -> dict[str, Any]:
-    """Return a proof as JSON; `names` are those of the parameters, `sources` hashes of the
-    generated files by name.
-    """
+    """Return a proof as JSON."""
     nodes = list(proof.root.list_nodes())
     places = {node: place for place, node in enumerate(nodes)}
+    boxes = {_identify((node.lower, node.upper)): place for place, node in enumerate(nodes)}
     result = proof.result
     incumbent: dict[str, Any] = {"x": _write(proof.incumbent.x), "upper_bound": None}
     if proof.evidence is not None and proof.reached is not None:
-        evidence = _write_evidence(proof.evidence)
+        evidence = _write_evidence(proof.evidence, {})
         incumbent |= {"upper_bound": proof.reached.hex(), "evidence": evidence}
     document = {
         "format": FORMAT,
         "planter": __version__,
-        "generated": dict(sources),
-        "parameters": list(names),
+        **machine.to_document(objective),
         **describe_claim(objective, (proof.root.lower, proof.root.upper), result.samples),
         "incumbent": incumbent,
         "lower_bound": None if result.lower_bound is None else result.lower_bound.hex(),
-        "nodes": [_write_node(node, [places[child] for child in node.children]) for node in nodes],
+        "nodes": [_write_node(node, places, boxes) for node in nodes],
     }
     plain: dict[str, Any] = json.loads(json.dumps(document))
+    plain["trusted"] = list_trusted(plain)
     plain["statement"] = state_claim(plain)
     return {**plain, "sha256": compute_digest(plain)}
 
@@ -164,14 +225,20 @@ def read_tree(document: Mapping[str, Any]) -> BoxNode:
     period = list_angles([Fraction(document["response"]["period"])])
     entries, seen = document["nodes"], {0}
     root = BoxNode(lower, upper, -np.inf)
-    waiting = [(root, entries[0])]
+    waiting, boxes = [(root, 0)], dict[int, Box]()
     while waiting:
-        node, entry = waiting.pop()
+        node, place = waiting.pop()
+        entry, boxes[place] = entries[place], (node.lower, node.upper)
         # infinite where no design of the box satisfies the limits
         node.bound = float.fromhex(entry["bound"]) if "bound" in entry else -np.inf
         if np.isnan(node.bound):
             raise ValueError("the bound of a box is no number")
-        node.evidence = _read_evidence(entry["evidence"], period) if "evidence" in entry else None
+        if "evidence" in entry:
+            low, high = boxes[entry["evidence"].get("continued", place)]
+            if not ((low <= node.lower) & (node.upper <= high)).all():
+                raise ValueError("a box is not in the one to which roots were followed")
+            domain = (low, high) if document["assembly"] else None
+            node.evidence = _read_evidence(entry["evidence"], period, domain)
         node.widest = entry.get("next")
         children = entry.get("children", [])
         if any(child in seen or not 0 <= child < len(entries) for child in children):
@@ -179,7 +246,7 @@ def read_tree(document: Mapping[str, Any]) -> BoxNode:
         seen.update(children)
         if children:
             parts = node.divide(*_list_parts(node, entry))
-            waiting += zip(parts, (entries[child] for child in children), strict=True)
+            waiting += zip(parts, children, strict=True)
     if len(seen) != len(entries):
         raise ValueError("a box is not a part of another")
     return root
@@ -206,15 +273,22 @@ def _list_parts(node: BoxNode, entry: Mapping[str, Any]) -> list[Box]:
     return [(lower, upper)]
 
 
-def check_document(document: Mapping[str, Any]) -> ProofCheck:
-    """Return whether the bounds of a document follow from its programs, each computed again."""
+def check_document(document: Mapping[str, Any], rebuild: Rebuild | None = None) -> ProofCheck:
+    """Return whether the bounds of a document follow from its programs, each computed again.
+
+    With `rebuild`, the programs must be those of the machine that the document names.
+    """
     try:
         check_form(document)
+        if rebuild is not None:
+            _compare_machine(document, rebuild)
         if changed := generated.find_changed(document["generated"]):
             raise RefusedError(
                 f"generated: {', '.join(changed)} of this installation differs from what was proved"
             )
-        return _check(document)
+        result = _check(document)
+        source = document["machine"]["source"]
+        return replace(result, compared=[] if rebuild is None else [source])
     except RefusedError as error:
         return ProofCheck(valid=False, reason=str(error))
     except (*UNREADABLE, AttributeError, AssertionError, ArithmeticError) as error:
@@ -224,6 +298,7 @@ def check_document(document: Mapping[str, Any]) -> ProofCheck:
 
 def _check(document: Mapping[str, Any]) -> ProofCheck:
     objective, root, boxes = read_objective(document), read_tree(document), 0
+    _check_period(document, objective)
     root.inherited = objective.floor
     lowest = np.inf
     for place, node in enumerate(root.list_nodes()):
@@ -251,8 +326,59 @@ def _check(document: Mapping[str, Any]) -> ProofCheck:
         gap=None if bound is None or reached is None else reached - bound,
         boxes=boxes,
         statement=document["statement"],
-        compared=sorted(generated.list_installed(document["generated"])),
+        trusted=document["trusted"],
     )
+
+
+def _compare_machine(document: Mapping[str, Any], rebuild: Rebuild) -> None:
+    """Raise RefusedError unless the programs and the assembly are those of the machine as it is
+    generated here.
+    """
+    source = document["machine"]["source"]
+    try:
+        objective = rebuild(document)
+    except InputError as error:
+        raise RefusedError(f"machine: {error.message}") from None
+    count = document["response"]["parameters"]
+    box = np.zeros((2, count))
+    claim = describe_claim(objective, (box[0], box[1]), None)
+    stated, response = document["response"], claim["response"]
+    differing = [key for key in response if response[key] != stated[key]]
+    differing += ["quantities"] if claim["quantities"] != document["quantities"] else []
+    if differing:
+        raise RefusedError(
+            f"{', '.join(differing)} of the response differ from those of {source} as it is "
+            f"generated here"
+        )
+    if document["assembly"] is not None:
+        _compare_assembly(document["assembly"], claim["assembly"], source)
+
+
+def _compare_assembly(stated: Mapping[str, Any], ours: Mapping[str, Any], source: str) -> None:
+    pairs = zip(stated["roots"], ours["roots"], strict=True)
+    for theirs, roots in (map(_read, pair) for pair in pairs):
+        gaps = np.abs(theirs - roots)
+        rests = np.abs(gaps - 2 * np.pi * np.round(gaps / (2 * np.pi)))
+        if not (np.minimum(gaps, rests) <= MEANT * (1 + np.abs(roots))).all():
+            raise RefusedError(f"assembly is not the one in which {source} begins its cycle")
+
+
+def _check_period(document: Mapping[str, Any], objective: ProvableObjective) -> None:
+    """Raise RefusedError if the quantities of the incumbent certainly differ after a period."""
+    x, response = _read(document["incumbent"]["x"]), objective.response
+    turns = [Fraction(k * 21, 34) % 1 * response.period for k in range(1, TRIALS + 1)]
+    space, branch = Space(x, x), objective.find_branch((x, x))
+    sides = []
+    try:
+        for way in (turns, [turn + response.period for turn in turns]):
+            with np.errstate(all="ignore"):
+                jets = response.enclose(space, space.constant(list_angles(way)), [branch])
+            sides.append([jet.repeated(TRIALS).value[CENTRE] for jet in jets])
+    except Unbounded:  # nothing can be said of the incumbent, nor is
+        return
+    for first, second in zip(*sides, strict=True):
+        if ((first.high < second.low) | (second.high < first.low)).any():
+            raise RefusedError("period: after it, the quantities of incumbent.x are others")
 
 
 def _check_node(objective: ProvableObjective, node: BoxNode, place: int) -> None:
@@ -267,7 +393,9 @@ def _check_node(objective: ProvableObjective, node: BoxNode, place: int) -> None
         )
     if len(node.children) == 1:
         (side,) = node.children
-        rising, falling = bounds.slopes.low >= 0, bounds.slopes.high <= 0
+        slopes = bounds.slopes
+        is_zero = (slopes.mid == 0) & (slopes.rad == 0)  # of a parameter that no result takes
+        rising, falling = (slopes.low >= 0) | is_zero, (slopes.high <= 0) | is_zero
         raised, lowered = side.lower > node.lower, side.upper < node.upper
         if bounds.may_jump or (raised & ~falling).any() or (lowered & ~rising).any():
             raise RefusedError(
@@ -289,7 +417,8 @@ def _check_incumbent(
         raise RefusedError("incumbent.x is outside of the box")
     try:
         period = list_angles([objective.response.period])
-        bounds = objective(x, x, _read_evidence(entry["evidence"], period))
+        domain = (x, x) if document["assembly"] else None
+        bounds = objective(x, x, _read_evidence(entry["evidence"], period, domain))
     except Unbounded as error:
         raise RefusedError(f"incumbent cannot be bounded: {error.message}") from None
     if not bounds.reached <= stated:
@@ -303,16 +432,18 @@ def read_objective(document: Mapping[str, Any]) -> ProvableObjective:
         [BoundedMeasure.from_document(entry) for entry in document[key]]
         for key in ("terms", "limits")
     )
+    assembly = document["assembly"]
     return ProvableObjective(
         ResponseProgram.from_document(document["response"]),
         terms,
         limits,
         document["samples"],
+        None if assembly is None else AssemblyStart.from_document(assembly),
         heeds_all=document["all_limits"],
     )
 
 
-def _write(values: Array) -> list[str]:
+def _write(values: Iterable[float]) -> list[str]:
     return [float(value).hex() for value in values]
 
 
@@ -320,8 +451,16 @@ def _read(values: Sequence[str]) -> Array:
     return np.array([float.fromhex(value) for value in values])
 
 
-def _write_node(node: BoxNode, children: list[int]) -> dict[str, Any]:
+def _identify(box: Box) -> bytes:
+    return b"".join(side.tobytes() for side in box)
+
+
+def _write_node(
+    node: BoxNode, places: Mapping[BoxNode, int], boxes: Mapping[bytes, int]
+) -> dict[str, Any]:
+    """Return a node as a JSON object; `places` are those of nodes, also by their boxes."""
     entry: dict[str, Any] = {}
+    children = [places[child] for child in node.children]
     if node.bound > -np.inf:
         entry["bound"] = node.bound.hex()
     if len(children) == 2 and node.widest is not None:
@@ -337,15 +476,14 @@ def _write_node(node: BoxNode, children: list[int]) -> dict[str, Any]:
     if children:
         entry["children"] = children
     if node.evidence is not None:
-        entry["evidence"] = _write_evidence(node.evidence)
+        entry["evidence"] = _write_evidence(node.evidence, boxes)
     return entry
 
 
-def _write_evidence(evidence: Evidence) -> dict[str, Any]:
+def _write_evidence(evidence: Evidence, boxes: Mapping[bytes, int]) -> dict[str, Any]:
     entry: dict[str, Any] = {}
-    for start in evidence.starts:
-        values = [[None if np.isnan(v) else float(v) for v in row] for row in start.values]
-        entry.setdefault("starts", []).append({"cycle": start.cycle, "values": values})
+    if boxes and evidence.domain is not None:
+        entry["continued"] = boxes[_identify(evidence.domain)]
     for key, panels in (("panels", evidence.panels), ("narrow", evidence.narrow)):
         if panels is not None:
             sides = {"knots": panels.knots.tolist(), "rates": panels.rates.tolist()}
@@ -355,13 +493,10 @@ def _write_evidence(evidence: Evidence) -> dict[str, Any]:
     return entry
 
 
-def _read_evidence(entry: Mapping[str, Any], period: Ball) -> Evidence:
+def _read_evidence(entry: Mapping[str, Any], period: Ball, domain: Box | None) -> Evidence:
     def read(part: Mapping[str, Any], key: str) -> Array:
         return np.array(part[key], dtype=float)
 
-    starts = [
-        RootStart(read(start, "values"), float(start["cycle"])) for start in entry.get("starts", [])
-    ]
     fields: dict[str, Any] = {
         key: AnglePanels(
             read(entry[key], "knots"), read(entry[key], "rates"), tuple(entry[key]["parts"]), period
@@ -370,4 +505,4 @@ def _read_evidence(entry: Mapping[str, Any], period: Ball) -> Evidence:
         if key in entry
     }
     fields |= {key: read(entry, key) for key in ("peaks", "rates") if key in entry}
-    return Evidence(starts, **fields)
+    return Evidence(domain, **fields)

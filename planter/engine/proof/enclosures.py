@@ -11,7 +11,7 @@ within narrow panels.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
 from typing import Any, TypeVar
@@ -28,8 +28,8 @@ from planter.engine.proof.jets import (
     unite_supports,
 )
 from planter.engine.proof.programs import Code, RecordedProgram, record_program
-from planter.engine.proof.roots import enclose_roots, has_rootless_lane
-from planter.kernels import Array, Integers
+from planter.engine.proof.roots import EnclosedRoots, enclose_roots, has_rootless_lane
+from planter.kernels import Array, Flags, Integers
 
 MAX_LANES = 8
 """Average number of pieces of a lane above which a box is too wide to follow them."""
@@ -38,28 +38,58 @@ REMEMBERED = 64
 
 
 @dataclass(frozen=True)
-class RootStart:
-    """Values near roots (k, n) at equal steps from 0 to the end of a `cycle` [rad], NaN where there
-    are none.
+class RootBranch:
+    """The roots that are meant over a box of designs, as they were followed to it.
 
-    A single column (k, 1) is for all angles.
+    For each stage with roots, `points` and `radii` (k, m) of balls, each of which holds one root at
+    every design of the box: in m equal parts of the period from 0 on [rad], or, of a stage that no
+    angle changes, in one. They are NaN in parts to which the roots were not followed.
     """
 
-    values: Array
-    cycle: float = 0.0
+    turn: float
+    points: tuple[Array, ...]
+    radii: tuple[Array, ...]
 
-    def find_near(self, phi: Array) -> Array:
-        """Return values (k, lanes) near the roots at angles phi (lanes,), by linear
-        interpolation.
+    @property
+    def is_whole(self) -> bool:
+        """Whether the roots were followed to all angles."""
+        return not any(np.isnan(radii).any() for radii in self.radii)
+
+    def find_near(self, number: int, phi: Array) -> Array:
+        """Return values (k, lanes) near the roots of a stage at angles phi (lanes,)."""
+        return self.points[number][:, self._find_parts(number, phi)]
+
+    def _find_parts(self, number: int, phi: Array) -> Integers:
+        count = self.points[number].shape[1]
+        parts: Integers = np.floor(np.mod(phi, self.turn) / self.turn * count).astype(np.int64)
+        return np.minimum(parts, count - 1)
+
+    def holds(self, number: int, phi: Array, ends: Array, roots: Sequence[Ball]) -> Flags:
+        """Return in which lanes roots (k,) of (lanes,) each are those that are meant.
+
+        They are regular and unique near them over a box and between two `ends` (2, lanes) of
+        angles, and at its centre and the angle phi (lanes,) they are here. Two continuous and
+        regular families of roots that have one in common are the same, wherever both are known.
         """
-        if self.values.shape[1] == 1:
-            return np.repeat(self.values, len(phi), axis=1)
-        angles = np.linspace(0, self.cycle, self.values.shape[1])
-        return np.array([np.interp(np.mod(phi, self.cycle), angles, row) for row in self.values])
+        points, radii = self.points[number], self.radii[number]
+        count = points.shape[1]
+        parts = self._find_parts(number, phi)
+        low, high = (np.array([getattr(ball, side) for ball in roots]) for side in ("low", "high"))
+        inside = (low >= points[:, parts] - radii[:, parts]).all(axis=0)
+        inside &= (high <= points[:, parts] + radii[:, parts]).all(axis=0)
+        if count == 1:
+            return np.asarray(inside)
+        steps = np.floor((ends - phi + np.mod(phi, self.turn)) / self.turn * count) + count
+        unknown = np.tile(np.isnan(radii).any(axis=0), 3)
+        before = np.append(0, np.cumsum(unknown))
+        first, last = (np.nan_to_num(side, nan=-1.0).astype(np.int64) for side in steps)
+        is_within = (first >= 0) & (last < len(unknown))
+        first, last = (np.clip(side, 0, len(unknown) - 1) for side in (first, last))
+        return np.asarray(inside & is_within & (before[last + 1] == before[first]))
 
 
-Starts = Sequence[Sequence[RootStart]]
-"""For each box of a space, values near the roots of each stage that has some, in their order."""
+Branches = Sequence[RootBranch]
+"""The roots that are meant over each box of a space."""
 
 
 @dataclass(frozen=True)
@@ -88,7 +118,7 @@ class ResponseProgram:
         return tuple(fixed)
 
     @cached_property
-    def _fixed_results(self) -> dict[Any, list[Jet]]:
+    def _fixed_results(self) -> dict[Any, EnclosedRoots]:
         return {}
 
     def to_document(self) -> dict[str, Any]:
@@ -112,41 +142,103 @@ class ResponseProgram:
             document["continuous"],
         )
 
-    def enclose(self, space: Space, phi: Jet, starts: Starts) -> list[Jet]:
+    @cached_property
+    def rooted(self) -> tuple[int, ...]:
+        """The indices of the stages with roots."""
+        return tuple(index for index, stage in enumerate(self.stages) if stage.limits)
+
+    @cached_property
+    def feeding(self) -> tuple[int, ...]:
+        """The indices of the stages from which roots follow, in order."""
+        needed, ends = set[int](), list[int]()
+        for stage in self.stages:
+            ends.append((ends[-1] if ends else self.parameters + 1) + stage.size)
+        for index in reversed(range(len(self.stages))):
+            values = range(ends[index] - self.stages[index].size, ends[index])
+            if self.stages[index].limits or needed.intersection(values):
+                needed.update(self.stages[index].inputs)
+                needed.update(values)
+        return tuple(
+            index for index, end in enumerate(ends) if self.stages[index].size and end - 1 in needed
+        )
+
+    def enclose(self, space: Space, phi: Jet, branches: Branches) -> list[Jet]:
         """Return each quantity over boxes at angles [rad] that may move with the design, a lane for
         each.
         """
         count = phi.lanes
         offsets = [space.constant(list_angles([offset])) for offset in self.offsets]
-        shares = self._enclose_pieces(space, join_lanes([phi + x for x in offsets]), starts)
+        shares = self._enclose_pieces(space, join_lanes([phi + x for x in offsets]), branches)
         space.jumping = np.asarray(space.jumping.reshape(-1, count).any(axis=0))
         first, *rest = (slice(k * count, (k + 1) * count) for k in range(len(offsets)))
         return [sum((share.taken(lanes) for lanes in rest), share.taken(first)) for share in shares]
 
-    def prepare(self, space: Space, phi: Jet, starts: Starts) -> list[Jet]:
+    def prepare(self, space: Space, phi: Jet, branches: Branches) -> list[Jet]:
         """Return the inputs of the last stage over a box at angles phi (lanes,) [rad].
 
         After the p parameters of a design, a space may have the place in a panel of angles as one
-        more. `starts` are those of each of the boxes of the space, which have equal numbers of
-        lanes. Raises Unbounded where roots do not exist.
+        more. `branches` are those of each of the boxes of the space, which have equal numbers of
+        lanes. Raises Unbounded where roots do not exist, or none that are meant.
         """
-        values, roots = [*space.parameters()[: self.parameters], phi], 0
+        values = [*space.parameters()[: self.parameters], phi]
         for index, stage in enumerate(self.stages[:-1]):
-            guesses = None
+            inputs = [values[k] for k in stage.inputs]
             if stage.limits:
-                lanes = np.split(phi.value.mid[CENTRE], len(starts))
-                pairs = zip(starts, lanes, strict=True)
-                guesses_by_box = [box[roots].find_near(part) for box, part in pairs]
-                guesses = np.concatenate(guesses_by_box, axis=1)
-                if self.fixed[index] and len(starts) == 1:
-                    guesses = guesses[:, :1]
-                roots += 1
-            values += self._evaluate(index, space, [values[k] for k in stage.inputs], guesses)
+                values += self._follow(index, space, phi, inputs, branches)
+            else:
+                values += self._evaluate(index, space, inputs).jets
         return [values[k] for k in self.stages[-1].inputs]
 
-    def _evaluate(
-        self, index: int, space: Space, inputs: Sequence[Jet], guesses: Array | None
+    def _follow(
+        self, index: int, space: Space, phi: Jet, inputs: Sequence[Jet], branches: Branches
     ) -> list[Jet]:
+        """Return the roots of a stage that are meant, NaN in lanes in which others were found."""
+        number, angles = self.rooted.index(index), phi.value
+        is_single = self.fixed[index] and len(branches) == 1
+        ends = np.array([angles[ANYWHERE].low, angles[ANYWHERE].high])[
+            :, : 1 if is_single else None
+        ]
+        middle = angles.mid[CENTRE][: ends.shape[1]]
+        lanes = np.split(np.arange(len(middle)), len(branches))
+        pairs = list(zip(branches, lanes, strict=True))
+        guesses = np.concatenate(
+            [branch.find_near(number, middle[part]) for branch, part in pairs], axis=1
+        )
+        if np.isnan(guesses).all():
+            raise Unbounded("loops are not closed in the assembly that is meant")
+        roots = self._evaluate(index, space, inputs, guesses)
+        jets = [jet.repeated(len(middle)) for jet in roots.jets]
+        centres = [jet.value[CENTRE] for jet in jets]
+        is_meant = np.concatenate(
+            [
+                branch.holds(number, middle[part], ends[:, part], [ball[part] for ball in centres])
+                for branch, part in pairs
+            ]
+        )
+        if not is_meant.any():
+            raise Unbounded("the roots of a box are not those that are meant")
+        return [jet.masked(is_meant) for jet in jets]
+
+    def find_roots(self, space: Space, phi: Jet, guesses: Sequence[Array]) -> list[EnclosedRoots]:
+        """Return the roots near guesses (k, lanes) of each stage that has some, whichever they
+        are.
+        """
+        values: dict[int, Jet] = dict(enumerate([*space.parameters()[: self.parameters], phi]))
+        roots, count = list[EnclosedRoots](), self.parameters + 1
+        for index, stage in enumerate(self.stages):
+            if index in self.feeding:
+                inputs = [values[k] for k in stage.inputs]
+                results = _run_stage(
+                    stage, space, inputs, guesses[len(roots)] if stage.limits else None
+                )
+                roots += [results] if stage.limits else []
+                values |= dict(enumerate(results.jets, count))
+            count += stage.size
+        return roots
+
+    def _evaluate(
+        self, index: int, space: Space, inputs: Sequence[Jet], guesses: Array | None = None
+    ) -> EnclosedRoots:
         """Return the results of a stage; those that no angle changes are remembered."""
         stage = self.stages[index]
         if not self.fixed[index]:
@@ -154,31 +246,33 @@ class ResponseProgram:
         supports = [jet.support for jet in inputs]
         moving = list(unite_supports(inputs))
         sides = [side.tobytes() for jet in inputs for side in (jet.rows.mid, jet.rows.rad)]
-        key = index, *supports, space.half[moving].tobytes(), *sides
+        place = b"" if guesses is None else guesses.tobytes()
+        key = index, *supports, space.half[moving].tobytes(), place, *sides
         if key not in self._fixed_results:
             if len(self._fixed_results) == REMEMBERED:
                 del self._fixed_results[next(iter(self._fixed_results))]
             self._fixed_results[key] = _run_stage(stage, space, inputs, guesses)
-        return [jet.moved(space) for jet in self._fixed_results[key]]
+        results = self._fixed_results[key]
+        return replace(results, jets=[jet.moved(space) for jet in results.jets])
 
-    def _enclose_pieces(self, space: Space, phi: Jet, starts: Starts) -> list[Jet]:
+    def _enclose_pieces(self, space: Space, phi: Jet, branches: Branches) -> list[Jet]:
         """Return enclosures of the shares at angles (lanes,) [rad], each around all smooth
         pieces.
         """
         count, total = phi.lanes, 0
         lanes, script = np.arange(count), np.empty((0, count))
         parts: list[tuple[Integers, list[Jet]]] = []
-        inputs = self.prepare(space, phi, starts)
+        inputs = self.prepare(space, phi, branches)
         space.jumping = np.zeros(count, dtype=bool)
         while len(lanes):
-            branches, jets = self.stages[-1].enclose(space, inputs, lanes, script)
+            answers, jets = self.stages[-1].enclose(space, inputs, lanes, script)
             if not self.is_continuous:
-                np.logical_or.at(space.jumping, lanes, branches.jumping)
+                np.logical_or.at(space.jumping, lanes, answers.jumping)
             parts.append((lanes, [jet.repeated(len(lanes)) for jet in jets]))
             total += len(lanes)
             if total > MAX_LANES * count:
                 raise Unbounded("a box goes through many branches")
-            further, script = branches.further()
+            further, script = answers.further()
             lanes = lanes[further]
         quantities = range(len(parts[0][1]))
         return [_unite_pieces([(taken, jets[k]) for taken, jets in parts]) for k in quantities]
@@ -203,16 +297,14 @@ class ResponseProgram:
 
 def _run_stage(
     stage: RecordedProgram, space: Space, inputs: Sequence[Jet], guesses: Array | None
-) -> list[Jet]:
+) -> EnclosedRoots:
     """Return the results of a program, or its roots near guesses."""
     if guesses is None:
-        return stage.enclose_smooth(space, inputs)
-    if np.isnan(guesses).all():
-        raise Unbounded("loops do not close at the centre of a box")
+        return EnclosedRoots(stage.enclose_smooth(space, inputs), np.empty(0), np.empty(0))
     return enclose_roots(
         space,
         guesses,
-        lambda q: _split_gaps(stage.enclose_smooth(space, [*q, *inputs]), len(q)),
+        lambda q: _split_gaps(stage.solver.enclose_smooth(space, [*q, *inputs]), len(q)),
     )
 
 
@@ -225,7 +317,7 @@ def _has_no_roots(stage: RecordedProgram, space: Space, inputs: Sequence[Jet]) -
         q: Sequence[Ball], lanes: Integers
     ) -> tuple[Sequence[Ball], Sequence[Sequence[Ball]]]:
         taken = [jet if jet.lanes == 1 else jet.taken(lanes) for jet in inputs]
-        rows = stage.enclose_smooth(space, [*map(space.constant, q), *taken])
+        rows = stage.solver.enclose_smooth(space, [*map(space.constant, q), *taken])
         return _split_gaps([row.value[ANYWHERE] for row in rows], len(q))
 
     limits = np.array(stage.limits)
@@ -289,8 +381,8 @@ class ResponseRecorder:
         return self.parameters
 
     def call(self, code: Code, inputs: Sequence[int], limits: Sequence[float] = ()) -> list[int]:
-        """Return the indices of the results of code or, with limits, of its roots, which it takes
-        as unknowns before the inputs.
+        """Return the indices of the results of code or, with limits (k,), of the roots of its first
+        k results, which it takes as unknowns before the inputs.
         """
         stage = record_program(code, len(limits) + len(inputs), inputs, limits)
         self.stages.append(stage)

@@ -197,6 +197,10 @@ class Jet:
         """Return the jet with another enclosure of its value (2, lanes)."""
         return self._with(_stack_rows(value, self.rows[2:]))
 
+    def masked(self, lanes: Flags) -> Jet:
+        """Return the jet without bounds in all lanes but those that are flagged."""
+        return self._with(self.rows.map(lambda side: np.where(lanes, side, np.nan)))
+
     def _with(self, rows: Ball) -> Jet:
         return Jet(self.space, self.support, rows)
 

@@ -16,11 +16,12 @@ import numpy as np
 
 from planter.engine.machine import Machine
 from planter.engine.measures import Limit, Measure
+from planter.engine.proof.continuation import AssemblyStart
 from planter.engine.proof.enclosures import (
     AnglePanels,
     Kinks,
     ResponseProgram,
-    RootStart,
+    RootBranch,
     list_angles,
     list_samples,
 )
@@ -37,6 +38,8 @@ from planter.engine.proof.jets import (
 from planter.errors import InputError
 from planter.kernels import Array, Integers
 
+Box = tuple[Array, Array]
+"""Designs between two others (p,)."""
 MeasureKind = Literal["max", "min", "range", "mean", "variance", "std", "rms", "at"]
 SIDES: dict[str, tuple[int, ...]] = {"max": (1,), "min": (-1,), "range": (1, -1)}
 """Sides on which a quantity is extreme, for each measure of extremes."""
@@ -57,8 +60,9 @@ PEAKS = 3
 WIDE_CENTRE = 0.2
 """Share of the looseness of a smooth part that its value at the centre may have."""
 
-FindStarts = Callable[[Array], Sequence[RootStart]]
-"""Design (p,) -> values near the roots of each stage that has some."""
+REMEMBERED = 64
+"""Boxes whose roots are remembered for their parts."""
+
 FindKinks = Callable[[Array], Kinks]
 """Gives the kinks of quantities within their period at a design (p,)."""
 
@@ -159,11 +163,11 @@ class Evidence:
     """Choices with which an objective was bounded over a box; bounds are true whatever they are.
 
     `panels` of angles, angles `peaks` (n,) [rad] near extremes, which move with the design at
-    `rates` (n, p), `starts` of roots, and `narrow` panels at the centre of the box. Samples have
-    none of them but starts.
+    `rates` (n, p), and `narrow` panels at the centre of the box; samples have none of them. Roots
+    are those that were followed to all of a `domain`, which holds the box.
     """
 
-    starts: Sequence[RootStart] = ()
+    domain: Box | None = None
     panels: AnglePanels | None = None
     peaks: Array | None = None
     rates: Array | None = None
@@ -178,6 +182,7 @@ class ObjectiveBounds:
     `slopes` (p,) enclose the derivatives, at kinks the one-sided ones; `looseness` (p,) is the
     contribution of the width of each parameter to the looseness of the bounds. The slopes do not
     apply to an objective that `may_jump`, nor to an objective of which only a part is bounded.
+    `domain` is a box over which roots were followed to all angles, for the parts of the box.
     """
 
     lower_bound: float
@@ -186,6 +191,7 @@ class ObjectiveBounds:
     looseness: Array
     may_jump: bool = False
     evidence: Evidence = Evidence()
+    domain: Box | None = None
 
 
 def bound_objective(smooth: Jet, extremes: Sequence[Maximum]) -> ObjectiveBounds:
@@ -221,21 +227,19 @@ def enclose_square(jet: Jet) -> Jet:
     return square.holding(join_parts(square.value[CENTRE], value))
 
 
-Box = tuple[Array, Array]
-"""Designs between two others (p,)."""
-
-
 class ProvableObjective:
     """A sum of measures of the quantities of a response, bounded over boxes of designs.
 
-    Extremes and means are those of `count` samples, or, if it is None, true extremes and integrals,
+    Roots of the response are those that `start` means. Extremes and means are those of `count`
+    samples, or, if it is None, true extremes and integrals,
     for which `find_kinks` gives the angles in a period at which quantities have kinks; bounds hold
     whatever it gives. `batch` is the number of boxes that are best bounded at once.
 
     Designs count that satisfy the limits, which are all there are if it `heeds_all`; a box in which
     one is certainly violated has no bound but infinity. Angles at which quantities cannot be
     enclosed are left out: no greatest value, no least one made large, and no mean of squares is
-    less than what the others make of it. `labels` are names of the quantities, for people.
+    less than what the others make of it. `labels` are names of the `quantities`, for people, and
+    `factors` are SI units per unit of each.
     """
 
     def __init__(
@@ -244,15 +248,20 @@ class ProvableObjective:
         terms: Sequence[BoundedMeasure],
         limits: Sequence[BoundedMeasure] = (),
         count: int | None = None,
-        find_starts: FindStarts = lambda _: (),
+        start: AssemblyStart | None = None,
         find_kinks: FindKinks | None = None,
         heeds_all: bool = True,
         labels: Sequence[str] = (),
+        quantities: Sequence[ProvedQuantity] = (),
+        factors: Sequence[float] = (),
     ) -> None:
         self.response, self.terms, self.limits = response, tuple(terms), tuple(limits)
         self.count, self.heeds_all = count, heeds_all
-        self._find_starts, self._find_kinks = find_starts, find_kinks
-        self._labels = tuple(labels)
+        self.start, self._find_kinks = start, find_kinks
+        self._branches: dict[bytes, RootBranch] = {}
+        results = range(len(response.stages[-1].outputs))
+        self.labels = tuple(labels) or tuple(f"result {k}" for k in results)
+        self.quantities, self.factors = tuple(quantities), tuple(factors)
         measures = (*self.terms, *self.limits)
         self._extremes = list(
             dict.fromkeys(
@@ -264,15 +273,10 @@ class ProvableObjective:
         self._angles = list(
             dict.fromkeys(measure.angle for measure in measures if measure.angle is not None)
         )
-        self._fixed = [Fraction(angle % 360) / 360 for angle in self._angles]
+        self._fixed = [Fraction(angle) / 360 for angle in self._angles]
         self._turns = [] if count is None else [*list_samples(response, count), *self._fixed]
         many = self._turns and len(response.offsets) == 1
         self.batch = max(1, MOST_LANES // len(self._turns)) if many else 1
-
-    def list_labels(self) -> list[str]:
-        """Return the names of all quantities, with their units if they are known."""
-        count = len(self.response.stages[-1].outputs)
-        return list(self._labels) or [f"result {k}" for k in range(count)]
 
     def __call__(
         self, lower: Array, upper: Array, evidence: Evidence | None = None
@@ -282,33 +286,65 @@ class ProvableObjective:
         Raises Unbounded without bounds.
         """
         with np.errstate(all="ignore"):
-            (result,) = self._bound_batch([(lower, upper)], evidence)
+            (result,) = self._bound_batch(
+                [(lower, upper)], [evidence or self._begin((lower, upper))]
+            )
         if isinstance(result, Unbounded):
             raise result
         return result
 
-    def bound_boxes(self, boxes: Sequence[Box]) -> list[ObjectiveBounds | Unbounded]:
-        """Return the bounds over each of some boxes, or the reason why it is unbounded."""
-        batches = [boxes[k : k + self.batch] for k in range(0, len(boxes), self.batch)]
+    def bound_boxes(
+        self, boxes: Sequence[Box], domains: Sequence[Box | None] | None = None
+    ) -> list[ObjectiveBounds | Unbounded]:
+        """Return the bounds over each of some boxes, or the reason why it is unbounded.
+
+        `domains` hold the boxes, and roots were followed to all of each that is not None.
+        """
+        pairs = list(zip(boxes, domains or [None] * len(boxes), strict=True))
+        batches = [pairs[k : k + self.batch] for k in range(0, len(pairs), self.batch)]
         with np.errstate(all="ignore"):
-            return [result for batch in batches for result in self._bound_batch(batch)]
+            return [
+                result
+                for batch in batches
+                for result in self._bound_batch(
+                    [box for box, _ in batch], [self._begin(*pair) for pair in batch]
+                )
+            ]
+
+    def _begin(self, box: Box, domain: Box | None = None) -> Evidence:
+        """Return evidence that says to where roots are followed, if there are any."""
+        return Evidence((domain or box) if self.response.rooted else None)
 
     def _bound_batch(
-        self, boxes: Sequence[Box], evidence: Evidence | None = None
+        self, boxes: Sequence[Box], evidence: Sequence[Evidence]
     ) -> list[ObjectiveBounds | Unbounded]:
         try:
             if self.count is None:
-                cycles = [self._enclose_panels(*boxes[0], evidence)]
+                cycles = [self._enclose_panels(*boxes[0], evidence[0])]
             else:
                 cycles = self._enclose_samples(boxes, evidence)
         except Unbounded as error:
             if len(boxes) == 1:
                 return [error]
-            return [result for box in boxes for result in self._bound_batch([box])]
+            pairs = zip(boxes, evidence, strict=True)
+            return [
+                result for box, choice in pairs for result in self._bound_batch([box], [choice])
+            ]
         return [self._bound_cycle(*pair) for pair in zip(boxes, cycles, strict=True)]
 
+    def find_branch(self, domain: Box | None) -> RootBranch:
+        """Return the roots that are meant over a box, remembered for its parts."""
+        if domain is None or self.start is None or not self.response.rooted:
+            return RootBranch(1.0, (), ())
+        key = b"".join(side.tobytes() for side in domain)
+        if key not in self._branches:
+            if len(self._branches) == REMEMBERED:
+                del self._branches[next(iter(self._branches))]
+            self._branches[key] = self.start.follow(self.response, *domain)
+        return self._branches[key]
+
     def _enclose_samples(
-        self, boxes: Sequence[Box], evidence: Evidence | None
+        self, boxes: Sequence[Box], evidence: Sequence[Evidence]
     ) -> list[EnclosedCycle]:
         """Return the samples of cycles over boxes, each of which takes as many lanes as there are
         angles.
@@ -317,13 +353,9 @@ class ProvableObjective:
         ends = [np.repeat(np.array(side).T, count, axis=1) for side in zip(*boxes, strict=True)]
         space = Space(*(ends if len(boxes) > 1 else boxes[0]))
         spaces = [Space(*box) for box in boxes]
-        starts = (
-            [self._find_starts(box.centre) for box in spaces]
-            if evidence is None
-            else [evidence.starts]
-        )
+        branches = [self.find_branch(choice.domain) for choice in evidence]
         phi = list_angles(self._turns * len(boxes))
-        jets = self.response.enclose(space, space.constant(phi), starts)
+        jets = self.response.enclose(space, space.constant(phi), branches)
         cycles = []
         for k, designs in enumerate(spaces):
             lanes = slice(k * count, (k + 1) * count)
@@ -332,39 +364,37 @@ class ProvableObjective:
             samples = count - len(self._angles)
             shares = (designs.lift(1) / samples).repeated(samples)
             angles = self._angles, list_angles(self._turns)
-            cycles.append(EnclosedCycle(designs, taken, shares, *angles, Evidence(starts[k])))
+            cycles.append(EnclosedCycle(designs, taken, shares, *angles, evidence[k], branches[k]))
         return cycles
 
-    def _enclose_panels(
-        self, lower: Array, upper: Array, evidence: Evidence | None
-    ) -> EnclosedCycle:
+    def _enclose_panels(self, lower: Array, upper: Array, evidence: Evidence) -> EnclosedCycle:
         """Return a cycle over a box in panels of angles, and a few angles at which each extreme
         nearly is.
         """
         designs, fixed = Space(lower, upper), list_angles(self._fixed)
-        evidence = evidence or self._choose(designs)
-        panels = evidence.panels
+        panels, branch = evidence.panels, self.find_branch(evidence.domain)
         if panels is None:
-            raise Unbounded("the evidence has no panels of angles")
+            panels = self._choose_panels(designs)
+            evidence = replace(evidence, panels=panels)
         space = Space(np.append(lower, -1.0), np.append(upper, 1.0))
         phi, shares = panels.angles(space)
         lanes = join_lanes([phi, space.constant(fixed)]) if self._fixed else phi
-        jets = self.response.enclose(space, lanes, [evidence.starts])
+        jets = self.response.enclose(space, lanes, [branch])
         evidence = self._choose_peaks(
             evidence, [jet.taken(slice(0, phi.lanes)) for jet in jets], designs
         )
         points = self._enclose_peaks(designs, evidence)
         designs.jumping = space.jumping
         angles = Ball.exact(np.append(panels.places, fixed.mid))
-        return EnclosedCycle(designs, jets, shares, self._angles, angles, evidence, points)
+        return EnclosedCycle(designs, jets, shares, self._angles, angles, evidence, branch, points)
 
-    def _choose(self, designs: Space) -> Evidence:
-        """Return where roots are looked for over a box, and its panels."""
-        assert self._find_kinks is not None
+    def _choose_panels(self, designs: Space) -> AnglePanels:
+        """Return the panels of a box."""
+        if self._find_kinks is None:
+            raise Unbounded("the evidence has no panels of angles")
         period, kinks = list_angles([self.response.period]), self._find_kinks(designs.centre)
         count = PANELS if designs.half.any() else PANELS_AT_POINT
-        panels = AnglePanels.build(kinks, designs.half[:, 0], period, count)
-        return Evidence(self._find_starts(designs.centre), panels)
+        return AnglePanels.build(kinks, designs.half[:, 0], period, count)
 
     def _choose_peaks(self, evidence: Evidence, jets: Sequence[Jet], designs: Space) -> Evidence:
         """Return evidence with angles near extremes, chosen from quantities in panels if there are
@@ -388,7 +418,8 @@ class ProvableObjective:
         if evidence.peaks is None or evidence.rates is None:
             return {}
         angles = space.linear(evidence.peaks, evidence.rates)
-        values, count = self.response.enclose(space, angles, [evidence.starts]), angles.lanes
+        branch, count = self.find_branch(evidence.domain), angles.lanes
+        values = self.response.enclose(space, angles, [branch])
         share = count // len(self._extremes)
         return {
             (index, side): side
@@ -425,6 +456,7 @@ class ProvableObjective:
             # no side of the box may stand for one in which something is left out
             may_jump=result.may_jump or not is_whole or not is_free,
             evidence=evidence,
+            domain=cycle.domain,
         )
 
     def _narrow(self, cycle: EnclosedCycle, smooth: Jet) -> tuple[Jet, Evidence]:
@@ -437,7 +469,7 @@ class ProvableObjective:
         is_possible = evidence.narrow is not None or self._find_kinks is not None
         if not (is_open and is_possible):  # a proof that is checked may have done without it
             return smooth, evidence
-        finer = None if evidence.narrow is None else Evidence(evidence.starts, evidence.narrow)
+        finer = Evidence(evidence.domain, evidence.narrow)
         point = self._enclose_panels(space.centre, space.centre, finer)
         narrow, _, _ = point.bound_terms(self.terms)
         value = intersect_balls(centre, narrow.value[CENTRE])
@@ -465,6 +497,7 @@ class EnclosedCycle:
     angles: Sequence[float]
     phi: Ball
     evidence: Evidence
+    branch: RootBranch
     points: Mapping[tuple[int, int], Jet] = field(default_factory=dict)
 
     @cached_property
@@ -480,9 +513,14 @@ class EnclosedCycle:
         return len(self.places) == self.shares.lanes + len(self.angles)
 
     @property
+    def domain(self) -> Box | None:
+        """A box whose parts have the same roots, if they were followed to all of it."""
+        return self.evidence.domain if self.branch.is_whole else None
+
+    @property
     def may_be_empty(self) -> bool:
-        """Whether roots are unknown at the centre of the box at some angle."""
-        return any(np.isnan(start.values).any() for start in self.evidence.starts)
+        """Whether roots were not followed to some angle."""
+        return not self.branch.is_whole
 
     def bound_terms(self, terms: Sequence[BoundedMeasure]) -> tuple[Jet, list[Maximum], bool]:
         """Return what a sum of measures is not below: a smooth part (one lane) and greatest values,
@@ -587,6 +625,11 @@ class ProvedQuantity:
         """Return the quantity that a measure is of."""
         return cls(measure.name, measure.size, measure.kind == "work")
 
+    @classmethod
+    def from_document(cls, entry: Mapping[str, Any]) -> ProvedQuantity:
+        """Return the quantity of a JSON object."""
+        return cls(entry["name"], entry["size"], entry["is_work"])
+
     def describe(self, machine: Machine) -> str:
         """Return its name and unit, for people."""
         quantity = machine.find_quantity(self.name)
@@ -611,13 +654,13 @@ class ProvedQuantity:
 
 
 class EnclosedMachine(Protocol):
-    """Results of a machine as programs, and where their roots and their kinks are."""
+    """Results of a machine as programs, the assembly that is meant, and where kinks are."""
 
     def record(self, quantities: Sequence[ProvedQuantity]) -> ResponseProgram:
         """Return the code of some quantities over designs."""
 
-    def find_starts(self, x: Array) -> Sequence[RootStart]:
-        """Return values near the roots of each stage that has some, at a design (p,)."""
+    def find_assembly(self, x: Array) -> AssemblyStart:
+        """Return the assembly that is meant, by a design (p,)."""
 
     def find_kinks(self, x: Array) -> Kinks:
         """Return the kinks within the period at a design (p,)."""
@@ -629,10 +672,12 @@ def build_provable_objective(
     count: int | None,
     enclosed: EnclosedMachine,
     limits: Sequence[Limit] = (),
+    origin: Array | None = None,
 ) -> ProvableObjective:
     """Return a sum of measures over `count` samples, or the true one, as a proof bounds it.
 
-    Of the limits, those at angles that the design moves are left out.
+    The assembly is that of the design `origin` (p,), else of the machine's own. Of the limits,
+    those at angles that the design moves are left out.
     """
     fixed = [limit for limit in limits if is_fixed(machine, limit.measure)]
     measures = [*terms, *(limit.measure for limit in fixed)]
@@ -650,10 +695,33 @@ def build_provable_objective(
         [bound(term) for term in terms],
         [bound(limit.measure, limit.sign, limit.number) for limit in fixed],
         count,
-        enclosed.find_starts,
+        enclosed.find_assembly(machine.design if origin is None else origin),
         enclosed.find_kinks,
         heeds_all=len(fixed) == len(limits),
         labels=[quantity.describe(machine) for quantity in quantities],
+        quantities=quantities,
+        factors=[machine.find_quantity(quantity.name).factor for quantity in quantities],
+    )
+
+
+def build_bare_objective(
+    machine: Machine,
+    enclosed: EnclosedMachine,
+    quantities: Sequence[ProvedQuantity],
+    document: Mapping[str, Any],
+) -> ProvableObjective:
+    """Return the objective of the quantities of a proof, without terms, with the assembly of the
+    design that its document names.
+    """
+    assembly = document["assembly"]
+    design = [] if assembly is None else [float.fromhex(x) for x in assembly["design"]]
+    return ProvableObjective(
+        enclosed.record(quantities),
+        (),
+        start=enclosed.find_assembly(np.array(design)) if design else None,
+        labels=[quantity.describe(machine) for quantity in quantities],
+        quantities=quantities,
+        factors=[machine.find_quantity(quantity.name).factor for quantity in quantities],
     )
 
 

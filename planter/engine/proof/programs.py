@@ -17,6 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from planter.engine.proof import intervals
+from planter.engine.proof.check_proof import append_jacobian
 from planter.engine.proof.intervals import PI, Ball, Branches, Unbounded
 from planter.engine.proof.jets import ANYWHERE, Jet, Space, packed_size
 from planter.engine.proof.roots import solve_linear_jets
@@ -61,7 +62,8 @@ class RecordedProgram:
 
     As a stage of a response it takes values of that response, by index, as `inputs`. Its values
     are its results or, where `limits` (k,) are given, roots of k unknowns, whose sizes are at most
-    these. It then takes the unknowns first, and returns k residuals and their Jacobian by rows.
+    these. It then takes the unknowns first, and returns k residuals; `solver` also returns their
+    Jacobian by rows, which is derived from the operations.
     """
 
     operations: tuple[RecordedStep, ...]
@@ -73,6 +75,12 @@ class RecordedProgram:
     def size(self) -> int:
         """The number of values that a stage adds."""
         return len(self.limits or self.outputs)
+
+    @cached_property
+    def solver(self) -> RecordedProgram:
+        """The program with the Jacobian of its results in its first inputs, one for each limit."""
+        steps, outputs = append_jacobian(self.operations, self.outputs, len(self.limits))
+        return RecordedProgram(tuple(RecordedStep(*step) for step in steps), tuple(outputs))
 
     def to_document(self) -> dict[str, Any]:
         """Return the operations that outputs need as lists of name, arguments and numbers, these in
@@ -369,7 +377,8 @@ def record_program(
     """
     recorder = Recorder()
     arguments = [recorder.record("input", numbers=[k]) for k in range(count)]
-    outputs = tuple(recorder.lift(result).index for result in code(recorder, arguments))
+    results = list(code(recorder, arguments))[: len(limits) or None]
+    outputs = tuple(recorder.lift(result).index for result in results)
     return RecordedProgram(tuple(recorder.operations), outputs, tuple(inputs), tuple(limits))
 
 

@@ -37,8 +37,8 @@ class ProofCheck(Record):
 
     `lower_bound` is below the objectives of all designs, `incumbent` above that of the incumbent,
     `objective`; `gap` is the difference. `boxes` is the number of boxes that were bounded again.
-    `statement` says in words what was proved; the generated modules `compared` are, here, those
-    that the programs were recorded from.
+    `statement` says in words what was proved, `trusted` what was taken as the file states it. The
+    programs and the assembly were `compared` with those of these machines, as generated here.
     """
 
     valid: bool
@@ -51,16 +51,15 @@ class ProofCheck(Record):
     reason: str | None = None
     statement: str | None = None
     compared: list[str] = field(default_factory=list)
+    trusted: list[str] = field(default_factory=list)
 
     def describe(self) -> str:
         """Return a sentence for people."""
         if not self.valid:
             return f"refused: {self.reason}"
-        modules = (
-            ", ".join(self.compared) or "nothing, as none of its generated code is installed here"
+        compared = (
+            f"Programs and assembly are those of {', '.join(self.compared)} as generated here."
+            if self.compared
+            else "Not compared: whether the programs are those of a machine."
         )
-        return (
-            f"valid: {self.statement} {self.boxes} boxes were bounded again. Generated code that "
-            f"is the same here: "
-            f"{modules}. Not compared: whether the programs are those of the machine."
-        )
+        return f"valid: {self.statement} {self.boxes} boxes were bounded again. {compared}"

@@ -8,6 +8,7 @@ discarded.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from functools import reduce
 from operator import add, mul
 from typing import Any
@@ -231,7 +232,18 @@ NARROW = 0.02
 """Derivatives whose radii are below this share of the largest are not narrowed further."""
 
 
-def enclose_roots(space: Space, start: Array, residual: Residual) -> list[Jet]:
+@dataclass(frozen=True)
+class EnclosedRoots:
+    """Roots (k,) over a box, each the only one, at every design, within `radii` (k, lanes) of
+    `points` (k, lanes).
+    """
+
+    jets: list[Jet]
+    points: Array
+    radii: Array
+
+
+def enclose_roots(space: Space, start: Array, residual: Residual) -> EnclosedRoots:
     """Return the roots a(x) (k,) of f(a, x) near `start` (k, lanes), over the box, of jets in
     `space`.
 
@@ -256,7 +268,8 @@ def enclose_roots(space: Space, start: Array, residual: Residual) -> list[Jet]:
     def divide(right: Sequence[Ball], matrix: Sequence[Sequence[Jet]], part: int) -> list[Ball]:
         return [-y for y in apply_matrix(invert_balls(matrix, part), right)]
 
-    middle, values = (_enclose(space, at, scaled, part) for part in (CENTRE, ANYWHERE))
+    middle, _ = _enclose(space, at, scaled, CENTRE)
+    values, radii = _enclose(space, at, scaled, ANYWHERE)
     excess, jacobian = scaled([space.constant(value) for value in middle])
     centre = divide([jet.gradient[CENTRE] for jet in excess], jacobian, CENTRE)
     flat, jets = Ball.exact(np.zeros((packed_size(len(support)), 1))), list[Jet]()
@@ -278,7 +291,7 @@ def enclose_roots(space: Space, start: Array, residual: Residual) -> list[Jet]:
         if all((rate.rad <= NARROW * np.abs(rate.mid).max(initial=0)).all() for rate in rates):
             break
         values = [jet.value[ANYWHERE] for jet in jets]
-    return jets
+    return EnclosedRoots(jets, at, radii)
 
 
 def _refine(space: Space, start: Array, residual: Residual) -> Array:
@@ -302,8 +315,9 @@ def _refine(space: Space, start: Array, residual: Residual) -> Array:
     return at
 
 
-def _enclose(space: Space, start: Array, residual: Residual, part: int) -> list[Ball]:
-    """Return the roots (lanes,) each: at the centre of the box, or anywhere in it.
+def _enclose(space: Space, start: Array, residual: Residual, part: int) -> tuple[list[Ball], Array]:
+    """Return the roots (lanes,) each: at the centre of the box, or anywhere in it, and the radii
+    (k, lanes) about `start` of balls that hold no other.
 
     Equations of several unknowns are multiplied by the inverse of the Jacobian's midpoints, so that
     elimination changes them little.
@@ -328,4 +342,5 @@ def _enclose(space: Space, start: Array, residual: Residual, part: int) -> list[
             break
     if not settled.any():
         raise Unbounded("no ball is mapped into itself by a Newton step")
-    return [Ball(np.where(settled, ball.mid, np.nan), ball.rad) for ball in result]
+    balls = [Ball(np.where(settled, ball.mid, np.nan), ball.rad) for ball in result]
+    return balls, np.where(settled, rad, np.nan)

@@ -44,7 +44,8 @@ class BoxNode:
     `bound` is its own bound, with the `evidence` from which it was computed, `inherited` that of
     the boxes around it. Its children are two halves along the parameter `widest`, or the one side
     of it that has the least objectives. A leaf has none, and is halved along `widest` next, if that
-    is not None. `obstacle` is the reason if it has no bound.
+    is not None. `obstacle` is the reason if it has no bound, `domain` a box around it to all of
+    which roots were followed.
     """
 
     lower: Array
@@ -55,6 +56,7 @@ class BoxNode:
     widest: int | None = None
     obstacle: str = ""
     children: list[BoxNode] = field(default_factory=list)
+    domain: Box | None = None
 
     @property
     def lower_bound(self) -> float:
@@ -76,7 +78,7 @@ class BoxNode:
 
     def divide(self, *boxes: Box) -> list[BoxNode]:
         """Return parts of the box as new children."""
-        self.children = [BoxNode(*box, self.lower_bound) for box in boxes]
+        self.children = [BoxNode(*box, self.lower_bound, domain=self.domain) for box in boxes]
         return self.children
 
     def list_nodes(self) -> Iterator[BoxNode]:
@@ -114,8 +116,14 @@ class BoxObjective(Protocol):
     @property
     def floor(self) -> float: ...
 
-    def bound_boxes(self, boxes: Sequence[Box]) -> Sequence[ObjectiveBounds | Unbounded]:
-        """Return the bounds over each box, or the error that explains their absence."""
+    def bound_boxes(
+        self, boxes: Sequence[Box], domains: Sequence[Box | None]
+    ) -> Sequence[ObjectiveBounds | Unbounded]:
+        """Return the bounds over each box, or the error that explains their absence.
+
+        To all of each of the `domains`, which hold the boxes, roots were followed, unless it is
+        None.
+        """
 
 
 class BranchAndBound:
@@ -184,7 +192,9 @@ class BranchAndBound:
         waiting, bounded, unbounded = list(nodes), list[BoxNode](), list[BoxNode]()
         while waiting:
             self.boxes += len(waiting)
-            results = self.objective.bound_boxes([(node.lower, node.upper) for node in waiting])
+            results = self.objective.bound_boxes(
+                [(node.lower, node.upper) for node in waiting], [node.domain for node in waiting]
+            )
             pairs, waiting = list(zip(waiting, results, strict=True)), []
             for node, result in pairs:
                 if isinstance(result, Unbounded):
@@ -192,6 +202,7 @@ class BranchAndBound:
                     unbounded.append(node)
                     continue
                 node.bound, node.evidence = state_bound(result), result.evidence
+                node.domain = result.domain
                 self.met = min(self.met, result.reached)
                 open_ = node.upper > node.lower
                 rising = open_ & find_rising(result.slopes)
@@ -219,7 +230,8 @@ class BranchAndBound:
         for share in SHRINK_SHARES:
             unsettled = [k for k in range(len(nodes)) if k not in sides]
             parts = [nodes[k].shrink(share) for k in unsettled]
-            results = self.objective.bound_boxes(parts) if parts else []
+            domains = [nodes[k].domain for k in unsettled]
+            results = self.objective.bound_boxes(parts, domains) if parts else []
             for k, result in zip(unsettled, results, strict=True):
                 if not isinstance(result, Unbounded) and result.looseness.any():
                     sides[k] = int(result.looseness.argmax())
@@ -340,7 +352,7 @@ def prove_bound(
         tree = search.root.prune(lower_bound) if is_proved else search.root
         return Proof(bound, incumbent, tree, None if evidence is None else reached, evidence)
 
-    (bounds,) = objective.bound_boxes([(incumbent.x, incumbent.x)])
+    (bounds,) = objective.bound_boxes([(incumbent.x, incumbent.x)], [None])
     if isinstance(bounds, Unbounded):
         search.boxes = 1
         return conclude(objective.floor, bounds.message)
@@ -416,15 +428,18 @@ class SharedObjective:
         """Return the CPU time of this process, and of the workers for their boxes [s]."""
         return time.process_time() + self._seconds
 
-    def bound_boxes(self, boxes: Sequence[Box]) -> Sequence[ObjectiveBounds | Unbounded]:
+    def bound_boxes(
+        self, boxes: Sequence[Box], domains: Sequence[Box | None]
+    ) -> Sequence[ObjectiveBounds | Unbounded]:
         """Return the bounds over each box, or the error that explains their absence."""
         is_early = time.perf_counter() - self._begun < MIN_PARALLEL_S or count_cores() == 1
         if self._jobs is None and self._means == AUTO and is_early:
-            return self._objective.bound_boxes(boxes)
+            return self._objective.bound_boxes(boxes, domains)
         if self._jobs is None:
             self._jobs = Jobs(self._task, means=self._means)
         size = self._objective.batch
-        self._jobs.add([boxes[k : k + size] for k in range(0, len(boxes), size)])
+        parts = [slice(k, k + size) for k in range(0, len(boxes), size)]
+        self._jobs.add([(boxes[part], domains[part]) for part in parts])
         answers = list(self._jobs.in_order())
         self._seconds += sum(seconds for _, seconds in answers)
         return [result for results, _ in answers for result in results]
@@ -442,13 +457,17 @@ TimedBounds = tuple[Sequence[ObjectiveBounds | Unbounded], float]
 """Bounds of boxes, and the CPU time that they took [s]."""
 
 
-def prepare_boxes(build: Callable[[], BoxObjective]) -> Callable[[Sequence[Box]], TimedBounds]:
+Job = tuple[Sequence[Box], Sequence[Box | None]]
+"""Boxes, and boxes around them to all of which roots were followed."""
+
+
+def prepare_boxes(build: Callable[[], BoxObjective]) -> Callable[[Job], TimedBounds]:
     """Return the function that bounds an objective over boxes."""
     objective = build()
 
-    def bound(boxes: Sequence[Box]) -> TimedBounds:
+    def bound(job: Job) -> TimedBounds:
         begun = time.process_time()
-        results = objective.bound_boxes(boxes)
+        results = objective.bound_boxes(*job)
         return results, time.process_time() - begun
 
     return bound

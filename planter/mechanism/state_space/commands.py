@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from planter.report.completion import complete_machines
 from planter.report.console import Console
 from planter.report.options import JsonOption, OutOption, SetOption, parse_changes, writes_files
 
@@ -24,7 +25,11 @@ class OperatingPoint(StrEnum):
 @writes_files("summary.json", "report.html")
 def linearise_mechanism(
     mechanism: Annotated[
-        str, typer.Argument(help="file (TOML) or name of a mechanism that moves freely")
+        str,
+        typer.Argument(
+            help="file (TOML) or name of a mechanism that moves freely",
+            autocompletion=complete_machines,
+        ),
     ],
     at: Annotated[
         OperatingPoint,

@@ -1,4 +1,4 @@
-"""Commands of the clutch: `planter clutch NAME` for engagement, field tests and shape."""
+"""Commands of the clutch: `planter design clutch NAME` for engagement, field tests and shape."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from planter.errors import InputError, PlanterError
+from planter.report.completion import complete_sources
 from planter.report.console import Console
 from planter.report.folder import renew_files
 from planter.report.options import (
@@ -34,7 +35,10 @@ app.add_typer(clutch, name="clutch")
 ClutchArgument = Annotated[
     str,
     typer.Argument(
-        metavar="CLUTCH", help="a clutch file, or the name of a built-in one", show_default=False
+        metavar="CLUTCH",
+        help="a clutch file, or the name of a built-in one",
+        show_default=False,
+        autocompletion=complete_sources("clutch"),
     ),
 ]
 
@@ -110,7 +114,11 @@ def engage_clutch(
 @writes_files("summary.json", "report.html")
 def evaluate_field(
     data: Annotated[
-        str, typer.Argument(help="a CSV file of runs, or the name of a built-in one")
+        str,
+        typer.Argument(
+            help="a CSV file of runs, or the name of a built-in one",
+            autocompletion=complete_sources("clutch", ".csv"),
+        ),
     ] = "shi2021-field",
     goal: Annotated[
         NamesOption,
@@ -137,7 +145,7 @@ def evaluate_field(
 
     Columns of the file: `run` counts the runs; `blank`, `empty` or `error` is a column of the array
     that no factor is assigned to; `Y`, `Y1`, `Y2_cm`, ... are responses; every other column is a
-    factor. Levels must form an orthogonal array, as those of `planter clutch plan`.
+    factor. Levels must form an orthogonal array, as those of `planter design clutch plan`.
 
     Best are the levels whose prediction comes closest to the goal of a response; for all responses
     together, those with the best mean rank: --goal Y1=larger --goal Y2=smaller.
@@ -188,7 +196,7 @@ def plan_field(
 ) -> None:
     """Plan a field test on an orthogonal array.
 
-    The plan is a CSV file to fill in, which `planter clutch field` reads back.
+    The plan is a CSV file to fill in, which `planter design clutch field` reads back.
     """
     console = Console(as_json)
     with console.outcome():

@@ -95,7 +95,7 @@ class Crank(Record):
 
 @dataclass(frozen=True)
 class ClutchGeometry(Record):
-    """`planter clutch geometry`: everything of a clutch's shape."""
+    """`design clutch geometry`: everything of a clutch's shape."""
 
     clutch: str
     R_mm: float
@@ -143,7 +143,7 @@ class Rods(Record):
 
 @dataclass(frozen=True)
 class Sizing(Record):
-    """`planter clutch design`: sizes for a shaft, a space and a travel, and every inequality."""
+    """`design clutch design`: sizes for a shaft, a space and a travel, and every inequality."""
 
     clutch: str
     feasible: bool
@@ -169,7 +169,7 @@ class SwitchingDesign(Record):
 
 @dataclass(frozen=True)
 class FastestSwitching(Record):
-    """`planter clutch optimise`: the least travel time that forces and space allow."""
+    """`design clutch optimise`: the least travel time that forces and space allow."""
 
     clutch: str
     travel_time_s: float
@@ -210,7 +210,7 @@ class Sliding(Record):
 
 @dataclass(frozen=True)
 class PolygonFit(Record):
-    """`planter clutch rotor`: how a polygon turns in another, lengths in widths; null where it has
+    """`design clutch rotor`: how a polygon turns in another, lengths in widths; null where it has
     no meaning.
     """
 
@@ -270,7 +270,7 @@ class LoadSensitivity(Record):
 
 @dataclass(frozen=True)
 class ModalEngagement(OneModeLoads):
-    """`planter clutch engage --mode modal`; null where contact is never lost."""
+    """`design clutch engage --mode modal`; null where contact is never lost."""
 
     clutch: str
     mode: Literal["modal"]
@@ -347,7 +347,7 @@ class TeethInSleeve(Record):
 
 @dataclass(frozen=True)
 class ContactEngagement(Record):
-    """`planter clutch engage --mode contact`: the clutch compared with a dog clutch.
+    """`design clutch engage --mode contact`: the clutch compared with a dog clutch.
 
     The ratio of the largest loads is null if they are of two kinds, or a clutch does not engage.
     """
@@ -431,7 +431,7 @@ class PredictedRun(Record):
 
 @dataclass(frozen=True)
 class FieldTest(Record):
-    """`planter clutch field`: a field test evaluated; `best` has levels in the factors' order."""
+    """`design clutch field`: a field test evaluated; `best` has levels in the factors' order."""
 
     source: str
     runs: int
@@ -445,7 +445,7 @@ class FieldTest(Record):
 
 @dataclass(frozen=True)
 class FieldPlan(Record):
-    """`planter clutch plan`: a field test to be run; `text` is the CSV to fill in."""
+    """`design clutch plan`: a field test to be run; `text` is the CSV to fill in."""
 
     array: str
     columns: dict[str, list[str]]
@@ -453,11 +453,11 @@ class FieldPlan(Record):
 
 
 COMMANDS = {
-    "clutch geometry": ClutchGeometry,
-    "clutch design": Sizing,
-    "clutch optimise": FastestSwitching,
-    "clutch rotor": PolygonFit,
-    "clutch engage": ModalEngagement | ContactEngagement,
-    "clutch field": FieldTest,
-    "clutch plan": FieldPlan,
+    "design clutch geometry": ClutchGeometry,
+    "design clutch design": Sizing,
+    "design clutch optimise": FastestSwitching,
+    "design clutch rotor": PolygonFit,
+    "design clutch engage": ModalEngagement | ContactEngagement,
+    "design clutch field": FieldTest,
+    "design clutch plan": FieldPlan,
 }

@@ -30,10 +30,14 @@ if TYPE_CHECKING:
 OFFERED = ("sleeve", "shaft", "tooth", "linkage")
 """Tables of the file whose numbers have a control."""
 EXPORTS = (
-    Export("report", "page, figures and tables of the shape", ("clutch", "geometry")),
-    Export("engagement", "page, figures and tables of an engagement", ("clutch", "engage")),
+    Export("report", "page, figures and tables of the shape", ("design", "clutch", "geometry")),
     Export(
-        "optimum", "angle, ratio and linkage of the smallest travel time", ("clutch", "optimise")
+        "engagement", "page, figures and tables of an engagement", ("design", "clutch", "engage")
+    ),
+    Export(
+        "optimum",
+        "angle, ratio and linkage of the smallest travel time",
+        ("design", "clutch", "optimise"),
     ),
 )
 

@@ -10,6 +10,7 @@ from typing import Annotated
 import typer
 
 from planter.errors import InputError
+from planter.report.completion import complete_sources
 from planter.report.console import Console
 from planter.report.options import (
     JsonOption,
@@ -25,6 +26,7 @@ PosesArgument = Annotated[
     typer.Argument(
         metavar="POSES",
         help="a file of poses (TOML), or the name of a built-in one",
+        autocompletion=complete_sources("mapping"),
         show_default=False,
     ),
 ]
@@ -33,6 +35,7 @@ CurveArgument = Annotated[
     typer.Argument(
         metavar="CURVE",
         help="a CSV of angles (carrier_deg,relative_deg), or the name of a built-in one",
+        autocompletion=complete_sources("mapping", ".csv"),
         show_default=False,
     ),
 ]

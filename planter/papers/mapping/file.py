@@ -257,7 +257,7 @@ def load_poses(source: str | Path, changes: Mapping[str, float] | None = None) -
         raise InputError(
             f"{source}: this is a CSV file, but poses are read from a TOML file with [[pose]] "
             f"with x_mm, y_mm, "
-            f"phi_deg (planter example sun2019 prints one; a curve of angles goes to planter train)"
+            f"phi_deg (planter example sun2019 prints one; a curve of angles goes to design train)"
         )
     file = PoseFile.load(source, "mapping", changes)
     _check_spread(file)

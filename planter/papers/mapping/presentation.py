@@ -1,4 +1,4 @@
-"""The presentations of `planter synthesise` and `planter train`: what the terminal prints and the
+"""The presentations of `design synthesise` and `design train`: what the terminal prints and the
 folders contain.
 """
 
@@ -115,7 +115,7 @@ def _describe_rotation(result: SynthesisFound) -> str:
 
 
 def _tabulate_paths(synthesis: Synthesis) -> Columns:
-    """Return the points of angle curves, as `planter train` reads them, and the coupler paths."""
+    """Return the points of angle curves, as `design train` reads them, and the coupler paths."""
     nearest = None if synthesis.nearest is None else synthesis.nearest.curve
     tables = {
         f"{name}_curve.csv": {

@@ -148,7 +148,7 @@ class CurveOfPaths(CurveFound):
 
 @dataclass(frozen=True)
 class SynthesisFound(Record):
-    """`planter synthesise`: dyads, linkages and angle curves; null where there is no carrier, or no
+    """`design synthesise`: dyads, linkages and angle curves; null where there is no carrier, or no
     such curve.
     """
 
@@ -178,7 +178,7 @@ class TrainWarning(WarningRecord):
 
 @dataclass(frozen=True)
 class TrainFound(Record):
-    """`planter train`: a gear train; lists of four are of driver 1, follower 1, driver 2, follower
+    """`design train`: a gear train; lists of four are of driver 1, follower 1, driver 2, follower
     2.
     """
 
@@ -203,4 +203,4 @@ class TrainFound(Record):
     warnings: list[TrainWarning]
 
 
-COMMANDS = {"synthesise": SynthesisFound, "train": TrainFound}
+COMMANDS = {"design synthesise": SynthesisFound, "design train": TrainFound}

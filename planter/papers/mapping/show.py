@@ -28,7 +28,9 @@ REACH_MM, REACH_DEG = 60.0, 40.0
 """How far a pose can be moved and turned to either side."""
 EXPORTS = (
     Export(
-        "linkages", "dyads, linkages and the arm's angle: page, figures, tables", ("synthesise",)
+        "linkages",
+        "dyads, linkages and the arm's angle: page, figures, tables",
+        ("design", "synthesise"),
     ),
 )
 

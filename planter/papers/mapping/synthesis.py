@@ -1,4 +1,4 @@
-"""`planter synthesise`: from a file of poses to dyads, linkages and the angle curve of a gear
+"""`design synthesise`: from a file of poses to dyads, linkages and the angle curve of a gear
 train.
 """
 

@@ -65,7 +65,7 @@ def round_trip(train: PickupTrain, count: int = ROUND_TRIP_POINTS) -> float | No
 
 
 def build_result(machine: Pickup, train: PickupTrain, at: Sequence[float] = ()) -> PickupFound:
-    """Return the result of `planter pickup`; `at` are carrier angles in deg from the farthest tip.
+    """Return the result of `design pickup`; `at` are carrier angles in deg from the farthest tip.
 
     Raises GeometryError, naming angle and cause, if the pitch curves cannot be gears.
     """

@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from planter.report.completion import complete_sources
 from planter.report.console import Console
 from planter.report.options import JsonOption, OutOption, SetOption, parse_changes, writes_files
 
@@ -19,7 +20,8 @@ def analyse_pickup(
         str,
         typer.Argument(
             help="a pick-up's file (TOML), a CSV of points of its path (x_mm,y_mm), or the name "
-            "of a built-in one"
+            "of a built-in one",
+            autocompletion=complete_sources("pickup"),
         ),
     ],
     at: Annotated[

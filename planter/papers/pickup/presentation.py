@@ -1,4 +1,4 @@
-"""The presentation of `planter pickup`: what the terminal prints and the folder contains."""
+"""The presentation of `planter design pickup`: what the terminal prints and the folder contains."""
 
 from __future__ import annotations
 

@@ -127,7 +127,7 @@ class Optimised(Record):
 
 @dataclass(frozen=True)
 class PickupFound(Record):
-    """`planter pickup`; null where there is no dwell, or no path back to the law."""
+    """`planter design pickup`; null where there is no dwell, or no path back to the law."""
 
     machine: str
     driven_by: str
@@ -157,4 +157,4 @@ class PickupFound(Record):
     optimised: Optimised | None = None
 
 
-COMMANDS = {"pickup": PickupFound}
+COMMANDS = {"design pickup": PickupFound}

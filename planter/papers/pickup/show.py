@@ -34,7 +34,7 @@ POINTS = "path.points_mm"
 REACH_MM = 40.0
 """How far a point of the path can be drawn to either side."""
 EXPORTS = (
-    Export("report", "page, figures and tables: gears, path, requirements", ("pickup",)),
+    Export("report", "page, figures and tables: gears, path, requirements", ("design", "pickup")),
     Export(
         "gears",
         "teeth and locking arcs (DXF, SVG, flanks as CSV), their mesh solved and checked",
@@ -85,7 +85,7 @@ class PickUp:
         has.
         """
         return (
-            ("pickup", "--optimise")
+            ("design", "pickup", "--optimise")
             if len(self.handles) == self.machine.spline.value_points
             else ()
         )
@@ -169,7 +169,7 @@ class PickUp:
         ]
 
     def details(self, values: Values, model: str) -> Sequence[DetailTable]:
-        """Single numbers of what `planter pickup` tells."""
+        """Single numbers of what `planter design pickup` tells."""
         from planter.papers.pickup.analysis import build_result
 
         rows = [

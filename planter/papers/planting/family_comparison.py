@@ -1,4 +1,4 @@
-"""`planter compare`: all pairs of gear families, optimised in parallel and saved one by one, and
+"""`optimise --all-pairs`: pairs of gear families, optimised in parallel and saved one by one, and
 ranked.
 """
 

@@ -7,7 +7,7 @@ is that of the search: of true extremes and integrals, or of samples.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import partial
@@ -18,18 +18,25 @@ from typing import Any
 
 import numpy as np
 
-from planter.engine.proof.certificate_file import write_certificate
-from planter.engine.proof.enclosures import Kinks, ResponseProgram, ResponseRecorder, RootStart
+from planter.engine.proof.certificate_file import (
+    ProvedMachine,
+    find_changes,
+    write_certificate,
+)
+from planter.engine.proof.continuation import AssemblyStart
+from planter.engine.proof.enclosures import Kinks, ResponseProgram, ResponseRecorder
 from planter.engine.proof.objective import (
     ProvableObjective,
     ProvedQuantity,
+    build_bare_objective,
     build_provable_objective,
 )
 from planter.engine.proof.search import SECONDS, Incumbent
 from planter.engine.solvers.response import find_breakpoints
+from planter.errors import InputError
 from planter.gears.geometry.stage import Stage
 from planter.kernels import Array, generated
-from planter.papers.planting.file import PlantingMachine
+from planter.papers.planting.file import PlantingMachine, load
 from planter.papers.planting.functions import Model
 from planter.papers.planting.model import Device, build_measures
 from planter.papers.planting.optimisation import Optimisation
@@ -103,14 +110,12 @@ class EnclosedForce:
         """Return the hashes of the generated modules by name."""
         return generated.hash_modules([self._module, *(gear.module for gear in self._gears)])
 
-    def find_starts(self, x: Array) -> list[RootStart]:
+    def find_assembly(self, x: Array) -> AssemblyStart:
         """Return the centre distances of gear stages without closed form at a design (p,)."""
         _, *parameters = (x[a:b] for a, b in pairwise(self._ends))
-        return [
-            RootStart(gear.find_distance(part))
-            for gear, part in zip(self._gears, parameters, strict=True)
-            if gear.has_series
-        ]
+        pairs = zip(self._gears, parameters, strict=True)
+        distances = [gear.find_distance(part) for gear, part in pairs if gear.has_series]
+        return AssemblyStart(x, [distance.ravel().tolist() for distance in distances])
 
     def find_kinks(self, x: Array) -> Kinks:
         """Return the kinks of the force at a design (p,)."""
@@ -245,13 +250,13 @@ def add_proof(
     """
     device, optimum = optimisation.devices[optimisation.result.model], optimisation.optimum
     count = None if optimum.sampling == "refined" else optimum.sampling
-    build = partial(build_objective_enclosure, device.machine, device.model, count)
+    build = partial(build_objective_enclosure, device.machine, device.model, count, optimum.design)
     extra = ", requirements kept or not," if optimum.requirements else ""
     design, scope = optimum.design, f"no design of the box{extra}"
     incumbent = Incumbent(design, device.named(design), optimum.objective, count, scope)
-    box, sources = find_searched_box(device, design), EnclosedForce(device).list_sources()
+    box, proved = (device.lower, device.upper), describe_device(device)
     proof, text = write_certificate(
-        build, box, incumbent, device.names, sources, seconds, progress, means, earlier, keep
+        build, box, incumbent, proved, seconds, progress, means, earlier, keep
     )
     return replace(
         optimisation, result=replace(optimisation.result, proof=proof.result), certificate=text
@@ -259,19 +264,52 @@ def add_proof(
 
 
 def build_objective_enclosure(
-    machine: PlantingMachine, model: Model, count: int | None
+    machine: PlantingMachine, model: Model, count: int | None, origin: Array | None = None
 ) -> ProvableObjective:
     """Return objective (31) of a machine over `count` samples, or the true one, as a proof bounds
-    it.
+    it, with the gear stages meant at the design `origin`, else at its own.
     """
     device = Device(machine, model)
-    measures = build_measures(machine)
-    return build_provable_objective(device.force.machine, measures, count, EnclosedForce(device))
+    start = device.design if origin is None else origin
+    return build_provable_objective(
+        device.force.machine, build_measures(machine), count, EnclosedForce(device), (), start
+    )
 
 
-def find_searched_box(device: Device, design: Array) -> tuple[Array, Array]:
-    """Return the box of a device [lower, upper] (p,), parameters without effect at their value in
-    `design` (p,).
+SEARCHED = ("design.", "bounds.")
+"""Beginnings of the paths of numbers that a proof states as its box."""
+
+
+def describe_device(device: Device) -> ProvedMachine:
+    """Return what a proof of a device states of it."""
+    machine = device.machine
+    numbers = machine.numbers().items()
+    fixed = {path: x for path, x in numbers if not path.startswith(SEARCHED)}
+    sources, changes = (
+        EnclosedForce(device).list_sources(),
+        find_changes(fixed, machine.source, load),
+    )
+    inputs = {
+        "machine": [float(x).hex() for x in device.constants],
+        "mounting": device.size - sum(len(stage.names) for stage in device.stages),
+        "stages": [
+            [f"curve_{stage.family}", len(stage.names), stage.terms] for stage in device.stages
+        ],
+    }
+    scales = device.scale.tolist()
+    return ProvedMachine(
+        device.names, scales, sources, machine.source, changes, device.model, inputs
+    )
+
+
+def rebuild_objective(source: str, document: Mapping[str, Any]) -> ProvableObjective:
+    """Return the objective of a device for the quantities of a proof, without terms.
+
+    Raises InputError if the device has other parameters.
     """
-    insensitive = np.isin(device.names, EnclosedForce(device).without)
-    return np.where(insensitive, design, device.lower), np.where(insensitive, design, device.upper)
+    stated = document["machine"]
+    device = Device(load(source, stated["changes"]), stated["model"])
+    if list(device.names) != document["parameters"]:
+        raise InputError(f"{source}: its parameters are {', '.join(device.names)}")
+    quantities = list(map(ProvedQuantity.from_document, stated["quantities"]))
+    return build_bare_objective(device.force.machine, EnclosedForce(device), quantities, document)

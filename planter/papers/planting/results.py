@@ -15,6 +15,7 @@ from planter.measured.findings import (
     MeasuredPreview,
 )
 from planter.mechanism.results import (
+    EnsembleResult,
     MachineValidation,
     MechanismCycleResult,
     MotionResult,
@@ -148,7 +149,7 @@ class PlantingCycleResult(MechanismCycleResult):
 
 @dataclass(frozen=True, kw_only=True)
 class PlantingValidation(MachineValidation):
-    """`planter validate` of a planting device, with the requirements of its file, if it has any."""
+    """`planter simulate --check` of a planting device, with the requirements of its file, if any."""
 
     requirements: list[RequirementResult] | None = None
 
@@ -340,7 +341,7 @@ class Proposal(Record):
 
 @dataclass(frozen=True)
 class ComparisonFound(Record):
-    """`planter compare`: pairs by rank; a proposal if no pair satisfies the requirements.
+    """`optimise --all-pairs`: pairs by rank; a proposal if no pair satisfies the requirements.
 
     `samples` names the kind of all objectives, ranges and variances: "refined", true extremes and
     integrals.
@@ -358,10 +359,9 @@ class ComparisonFound(Record):
 
 
 COMMANDS = {
-    "simulate": PlantingCycleResult | MechanismCycleResult | MotionResult,
-    "turn": PlantingCycleResult | MechanismCycleResult | MotionResult,
-    "validate": PlantingValidation | MachineValidation,
+    "simulate": PlantingCycleResult | MechanismCycleResult | MotionResult | EnsembleResult,
+    "simulate check": PlantingValidation | MachineValidation,
     "calibrate": CalibrationFound | MeasuredFound | MeasuredPreview | ExplanationFound,
-    "compare": ComparisonFound,
+    "optimise all-pairs": ComparisonFound,
     "optimise": OptimisationFound,
 }

@@ -56,7 +56,8 @@ EXPORTS = (
     Export(
         "drive",
         "the carrier on a motor",
-        ("drive",),
+        ("simulate",),
+        ("--motor",),
         asks=(
             RequiredOption("--stall-Nm", "torque at rest / N m", 6.0),
             RequiredOption("--idle-rpm", "speed without torque / rpm", 42.0),

@@ -19,9 +19,9 @@ import sympy as sp
 from derive import papers
 from derive.__main__ import GENERATED
 from derive.audit import key, record, verdicts
+from derive.audit.faults import list_reasons
 from derive.audit.judge import Judgement
 from derive.audit.paper import Paper
-from derive.audit.reading_search import list_reasons
 from derive.discovery import import_modules, load_user_modules
 from derive.papers import shi2021, wang2017, yu2023
 from derive.papers.planting import subject as laws

@@ -134,7 +134,12 @@ def test_papers_without_order_come_last_by_name() -> None:
 
 def test_modules_without_case_are_ignored() -> None:
     assert verdicts.find_cases([module("m", SimpleNamespace()), ModuleType("n")]) == {}
-    assert set(verdicts.judge_cases([])) == {"audit.json", "audit_mathml.json", "AUDIT.md"}
+    assert set(verdicts.judge_cases([])) == {
+        "audit.json",
+        "audit_mathml.json",
+        "verdicts.json",
+        "AUDIT.md",
+    }
 
 
 def test_papers_with_equal_names_are_refused() -> None:

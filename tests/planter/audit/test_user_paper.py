@@ -113,6 +113,7 @@ def test_verdicts_are_in_file_and_page(folder: Path, result: Any) -> None:
     assert written >= {
         "audit.json",
         "audit_mathml.json",
+        "verdicts.json",
         "AUDIT.md",
         "slider_crank.toml",
         "slider_crank.py",

@@ -239,7 +239,7 @@ def test_help_says_where_names_stand_and_lists_every_choice(
         (("validate", "wang2017", "--set", "x" * 9_000 + "=1"), "the file has no such value"),
         (("validate", "wang2017", "--set", "x" * 100_000 + "=1"), "is too long"),
         (("validate", "wang2017", "--set", "\x1b[31m=1"), r"\u001b[31m"),
-        (("synthesise", "shi2021"), "this is a built-in TOML file for planter clutch"),
+        (("synthesise", "shi2021"), "this is a built-in TOML file for planter design clutch"),
         (("train", "sun2019"), "sun2019-curve or the path of a .csv file"),
     ],
 )

@@ -220,7 +220,7 @@ def test_endless_motion_is_given_up(
 
 
 def test_each_command_sends_to_the_other(folder: Path) -> None:
-    with pytest.raises(InputError, match="no angle drives swing; run `planter move`"):
+    with pytest.raises(InputError, match="no angle drives swing; run `planter simulate`"):
         load_driven_machine(str(folder / "swing.toml"))
 
 

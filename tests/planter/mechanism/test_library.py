@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import scipy.integrate
 import scipy.optimize
+import scipy.special
 
 from derive import Mechanism, Z
 from derive.mechanics.statement import MechanismError
@@ -17,6 +18,7 @@ from planter.mechanism.model import Model
 from tests.support import own
 
 MACHINES = [
+    "crank_rocker",
     "eccentric_train",
     "geneva_wheel",
     "hay_baler",
@@ -86,6 +88,50 @@ def test_cam_follower_agrees_with_print() -> None:
     values, pace = evaluate("cam_follower", np.array([0.0, np.pi / 2])), 240 * np.pi / 30 / np.pi
     assert values["s_dot"][1] / (0.014 * pace) == pytest.approx(1.571, abs=5e-4)
     assert values["s_ddot"][0] / (0.014 * pace**2) == pytest.approx(4.935, abs=5e-4)
+
+
+def test_crank_rocker_follows_intersected_circles() -> None:
+    """By Grashof's rule the crank turns in full; the rocker's angle is that of Freudenstein's
+    equation, and a constant load does no work over a cycle.
+    """
+    values, data = evaluate("crank_rocker"), own.file("crank_rocker").values
+    a, b, c, d = (data[f"{name}_mm"] / 1000 for name in "abcd")
+    assert a + b <= c + d
+    pin = a * np.exp(1j * TURN)
+    joint = intersect_circles(pin, np.full(TURN.shape, d + 0j), (b, c), 1)
+    assert values["gamma"] == pytest.approx(np.angle(joint - d), abs=1e-12)
+    assert values["beta"] == pytest.approx(np.angle(joint - pin), abs=1e-12)
+    gamma = values["gamma"]
+    shape = d / a * np.cos(gamma) - d / c * np.cos(TURN)
+    shape += (a**2 - b**2 + c**2 + d**2) / (2 * a * c)
+    assert shape == pytest.approx(np.cos(TURN - gamma), abs=1e-12)
+    work = compute_cycle(Model(own.machine("crank_rocker")), 90).result.quantities["M_in_Nm"].mean
+    assert work == pytest.approx(0, abs=1e-9)
+
+
+@pytest.mark.parametrize("start", [5.0, 60.0, 150.0])
+def test_undamped_pendulum_has_the_period_of_the_elliptic_integral(start: float) -> None:
+    pendulum = own.dynamics("pendulum", k_N_m_s=0.0, start_deg=start)
+    data = pendulum.file.values
+    arm, mass = data["l_mm"] / 1000, data["m_kg"]
+    share = (data["J_kg_m2"] + mass * arm**2) / (mass * data["g_m_s2"] * arm)
+    period = 4 * np.sqrt(share) * scipy.special.ellipk(np.sin(np.radians(start) / 2) ** 2)
+    times = period * np.array([0.0, 0.25, 0.5, 1.0])
+    angles = pendulum.run(times, 1e-11, pendulum.start()).states[0]
+    assert angles == pytest.approx(np.radians(start) * np.array([1, 0, -1, 1]), abs=1e-6)
+    total = pendulum.run(times, 1e-11, pendulum.start()).results
+    assert np.ptp(total["kinetic"] + total["potential"]) < 1e-9
+
+
+def test_damper_of_the_pendulum_takes_its_energy() -> None:
+    pendulum = own.dynamics("pendulum")
+    run = pendulum.run(np.linspace(0, 3, 3001), 1e-11, pendulum.start())
+    power = run.results["M_d"] * run.states[1]
+    total = run.results["kinetic"] + run.results["potential"]
+    assert total[-1] - total[0] == pytest.approx(
+        scipy.integrate.simpson(power, x=run.times), rel=1e-6
+    )
+    assert power.max() <= 0
 
 
 @pytest.mark.parametrize("bend", [10.0, 30.0])

@@ -117,7 +117,7 @@ def test_default_outputs_are_objective_and_limits(tmp_path: Path) -> None:
         ("max x", "a span of times"),
         ("max y over 0..1 s", "one of x"),
         ("max x over 0..1 s [m]", "it is in mm"),
-        ("work kinetic over 0..1 s", "another measure"),
+        ("work kinetic over 0..1 s", "of a cycle"),
     ],
 )
 def test_outputs_without_a_time_are_refused(tmp_path: Path, output: str, reason: str) -> None:

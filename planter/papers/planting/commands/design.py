@@ -1,11 +1,10 @@
-"""`planter optimise`, `compare` and `cam`: the best design, the best gear families, and the cam as
-a part.
-"""
+"""`planter optimise`: the best design, and the best gear families."""
 
 from __future__ import annotations
 
 import enum
 from collections.abc import Iterable
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -15,7 +14,6 @@ from planter.gears.commands import Module1Option, Module2Option, ModuleOption
 from planter.mechanism.commands import SearchOptions, refuse_options, run_optimise
 from planter.papers.planting.commands.options import (
     FIGURES,
-    DeviceArgument,
     build_device,
     has_limits,
     load_device_file,
@@ -49,6 +47,9 @@ from planter.report.options import (
 )
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
+    from planter.papers.planting.file import PlantingMachine
     from planter.papers.planting.optimisation import Optimisation
     from planter.report.presentation import ResultPresentation
 
@@ -68,17 +69,47 @@ OPTIMISE = """Optimise the design within the bounds of its file.
 
 A certificate gives the evidence that the design is optimal. With --module both stages get integer tooth numbers of a
 standard module: the pitch curves then have the lengths pi m z, so that `planter gears` cuts them without scaling.
---teeth sets the tooth numbers; without it the best ones near the free optimum are searched for.
+--teeth sets the tooth numbers; without it the best ones near the free optimum are searched for. With --all-pairs
+every pair of gear families has the same wide bounds and the machine's requirements.
 
 \b
     planter optimise wang2017
     planter optimise wang2017 --teeth 31,31 --module1 2 --module2 1.97 --out best
     planter optimise wang2017-wide --module 2 --method ipopt
+    planter optimise wang2017-wide --all-pairs --out pairs
 """
 
 
-@app.command(help=OPTIMISE)
-@writes_files("summary.json", "optimum.toml", "report.html")
+def _list_families() -> Iterable[str]:
+    from planter.gears.geometry import families
+
+    return families.list_families()
+
+
+ALL_PAIRS = "Pairs of gear families, with --all-pairs"
+"""Section of options in the help."""
+SINGLE_OPTIONS = (
+    "--model",
+    "--method",
+    "--samples",
+    "--front",
+    "--least",
+    "--hold",
+    "--vary",
+    "--prove",
+    "--prove-seconds",
+    "--module",
+    "--module1",
+    "--module2",
+    "--teeth",
+)
+"""Options of the search for one optimum, which the comparison of pairs does not take."""
+PAIR_STARTS = 3
+"""Local searches for each pair of gear families."""
+
+
+@app.command(help=OPTIMISE, cls=list_allowed(pair=_list_families))
+@writes_files("summary.json", "report.html")
 def optimise(
     machine: MachineArgument,
     model: ModelOption = ModelName.exact,
@@ -129,6 +160,31 @@ def optimise(
             "Z1,Z2",
         ),
     ] = None,
+    all_pairs: Annotated[
+        bool,
+        typer.Option(
+            "--all-pairs",
+            help="optimise every pair of gear families within the same wide bounds and rank them",
+            rich_help_panel=ALL_PAIRS,
+        ),
+    ] = False,
+    pair: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="FAMILY+FAMILY",
+            help="only this pair (repeatable), of families",
+            show_default=False,
+            rich_help_panel=ALL_PAIRS,
+        ),
+    ] = None,
+    resume: Annotated[
+        bool,
+        typer.Option(
+            "--resume",
+            help="continue with the results in the folder of --out",
+            rich_help_panel=ALL_PAIRS,
+        ),
+    ] = False,
     workers: WorkersOption = None,
     cluster: ClusterOption = None,
     set_: SetOption = None,
@@ -140,6 +196,17 @@ def optimise(
 
     console = Console(as_json)
     with console.outcome(), renew_files(out):
+        if all_pairs:
+            refuse_unused("with --all-pairs", *SINGLE_OPTIONS)
+            if out is not None:
+                check_files(out, ["devices.csv", *figure_files("comparison")])
+            content = load_device_file(machine, set_, speed_rpm)
+            search = PairSearch(starts or PAIR_STARTS, seed, resume, pair, workers, cluster)
+            _compare_pairs(console, content, search, out)
+            return
+        refuse_unused("without --all-pairs", "--pair", "--resume")
+        if out is not None:
+            check_files(out, ["optimum.toml"])
         from planter.engine.machine import load_driven_machine
         from planter.papers.planting import optimisation
         from planter.task import Means
@@ -235,57 +302,43 @@ def optimise(
                 presentation.write(out, console.progress)
 
 
-def _list_families() -> Iterable[str]:
-    from planter.gears.geometry import families
-
-    return families.list_families()
-
-
-@app.command(cls=list_allowed(pair=_list_families))
-@writes_files("summary.json", "devices.csv", "report.html", figures=("comparison",))
-def compare(
-    machine: DeviceArgument,
-    starts: Annotated[int, typer.Option(min=1, help="local searches for each pair")] = 3,
-    seed: Annotated[int, typer.Option(min=0, help="random seed")] = 0,
-    resume: Annotated[
-        bool, typer.Option("--resume", help="continue with the results in the folder of --out")
-    ] = False,
-    pair: Annotated[
-        list[str] | None, text_option("only this pair (repeatable), of families", "FAMILY+FAMILY")
-    ] = None,
-    workers: WorkersOption = None,
-    cluster: ClusterOption = None,
-    set_: SetOption = None,
-    speed_rpm: SpeedOption = None,
-    as_json: JsonOption = False,
-    out: OutOption = None,
-) -> None:
-    """Optimise every pair of gear families and rank them.
-
-    All have the same wide bounds and the machine's requirements.
+@dataclass(frozen=True)
+class PairSearch:
+    """Options of the comparison of pairs: local searches for each, seed, whether results in the
+    folder are continued, pairs (None: all), processes, and the address of a cluster.
     """
-    console = Console(as_json)
-    with console.outcome():
-        from planter.papers.planting.family_comparison import compare_families
-        from planter.papers.planting.family_pairs import parse_pairs
-        from planter.papers.planting.presentation import present_comparison
-        from planter.report.folder import renew_files
 
-        content = load_device_file(machine, set_, speed_rpm)
-        with renew_files(out):
-            result = compare_families(
-                content,
-                starts,
-                seed,
-                out,
-                resume,
-                parse_pairs(pair),
-                console.progress,
-                workers,
-                cluster,
-            )
-            presentation = present_comparison(result, content)
-            if out is not None:
-                with interruptible_result(result.table()):
-                    presentation.write(out, console.progress)
-        presentation.show(console)
+    starts: int
+    seed: int
+    resume: bool
+    pairs: list[str] | None
+    workers: int | None
+    cluster: str | None
+
+
+def _compare_pairs(
+    console: Console, machine: PlantingMachine, search: PairSearch, out: Path | None
+) -> None:
+    """Optimise pairs of gear families, print their ranks, and write them into a folder if one is
+    named.
+    """
+    from planter.papers.planting.family_comparison import compare_families
+    from planter.papers.planting.family_pairs import parse_pairs
+    from planter.papers.planting.presentation import present_comparison
+
+    result = compare_families(
+        machine,
+        search.starts,
+        search.seed,
+        out,
+        search.resume,
+        parse_pairs(search.pairs),
+        console.progress,
+        search.workers,
+        search.cluster,
+    )
+    presentation = present_comparison(result, machine)
+    if out is not None:
+        with interruptible_result(result.table()):
+            presentation.write(out, console.progress)
+    presentation.show(console)

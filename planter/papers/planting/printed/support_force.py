@@ -47,3 +47,28 @@ def _assume_inputs(inputs: Inputs) -> None:
     for path, origin in machine.number_origins().items():
         if not path.startswith(_IDLE) and not origin.startswith("paper"):
             inputs.assume(f"{path} = {numbers[path]:g}")
+
+
+@formula("shape by two variances")
+def compare_shapes(inputs: Inputs) -> float:
+    """Return the ratio of two variances over the square of that of the ranges: 1 for curves of one
+    shape.
+    """
+    variances = inputs["variances_N2"]
+    ranges = inputs["ranges_N"]
+    return float((variances[0] / variances[1]) / (ranges[0] / ranges[1]) ** 2)
+
+
+@formula("names without an entry")
+def count_absent_names(inputs: Inputs) -> float:
+    """Return how many of the names have no entry."""
+    return float(len(set(inputs["names"]) - set(inputs["entries"])))
+
+
+@formula("difference of two spans")
+def compare_spans(inputs: Inputs) -> float:
+    """Return the difference of two angles over which something lasts [deg], each from its start to
+    its end.
+    """
+    first, second = ((end - start) % 360 for start, end in inputs["spans_deg"])
+    return float(first - second)

@@ -11,7 +11,7 @@ from operator import getitem
 from typing import Any
 
 from planter.engine.proof.certificate_file import compute_digest
-from planter.engine.proof.check_proof import MEASURES, state_claim
+from planter.engine.proof.check_proof import MEASURES, list_trusted, state_claim
 
 Document = dict[str, Any]
 Changes = Iterator[tuple[str, Callable[[Document], None]]]
@@ -28,6 +28,7 @@ def renew(document: Document) -> Document:
     would write.
     """
     try:
+        document["trusted"] = list_trusted(document)
         document["statement"] = state_claim(document)
     except Exception:  # there is no statement of what is spoiled
         document["statement"] = "proved"
@@ -38,14 +39,19 @@ def renew(document: Document) -> Document:
 def list_tampered(document: Document) -> Iterator[tuple[str, Document]]:
     """Yield what was changed, and the changed document."""
     lists = _spoil_keys, _change_numbers, _change_measures, _change_programs, _change_boxes
-    for change in (*lists, _change_trees):
+    for change in (*lists, _change_trees, _change_assembly):
         for name, tamper in change(document):
             tampered = deepcopy(document)
             tamper(tampered)
             yield name, renew(tampered)
-    for statement in ("no design is better", document["statement"] + " "):
-        tampered = deepcopy(document) | {"statement": statement}
-        yield "statement", tampered | {"sha256": compute_digest(tampered)}
+    first, *rest = document["trusted"]
+    for key, values in (
+        ("statement", ("no design is better", document["statement"] + " ", None)),
+        ("trusted", ([], rest, [*rest, first], [first + " ", *rest], None)),
+    ):
+        for value in values:
+            tampered = deepcopy(document) | {key: value}
+            yield key, tampered | {"sha256": compute_digest(tampered)}
     yield "sha256", deepcopy(document) | {"sha256": "0"}
 
 
@@ -83,7 +89,7 @@ def _spoil_keys(document: Document) -> Changes:
     """Every key left out, or with something of another kind; one key more."""
     yield from _put(("another",), 1)
     yield from _put(("kind",), {"true": "sampled", "sampled": "true"}[document["kind"]])
-    for key in document.keys() - {"sha256", "statement"}:
+    for key in document.keys() - {"sha256", "statement", "trusted"}:
         yield from _pop(key)
         for value in WRONG:
             is_version = key == "planter" and isinstance(value, str)  # any text names one
@@ -98,7 +104,7 @@ def _spoil_keys(document: Document) -> Changes:
     yield from _put(("generated", module), "", "0" * 63, "g" * 64, "0" * 65, None, 0)
     yield from _pop("quantities", 0)
     yield from _pop("parameters", -1)
-    yield from _put(("parameters", 0), document["parameters"][1], "", 1)
+    yield from _put(("parameters", 0), *document["parameters"][1:2], "", 1)
 
 
 def _change_numbers(document: Document) -> Changes:
@@ -108,10 +114,9 @@ def _change_numbers(document: Document) -> Changes:
         ("incumbent", "upper_bound"),
         ("incumbent", "x", 0),
         ("box", 0, 0),
-        ("box", 1, 1),
-        ("terms", 0, "weight"),
-        ("terms", 1, "weight"),
+        ("box", 1, -1),
         ("terms", 0, "angle_deg"),
+        *(("terms", index, "weight") for index in range(len(document["terms"]))),
     ]
     for index, node in _list_kinds(document):
         places += [("nodes", index, "bound")] if "bound" in node else []
@@ -174,6 +179,13 @@ def _change_programs(document: Document) -> Changes:
                 yield from _put((*at, 1, 0), len(entry["operations"]), -1)
             if name == "constant":
                 yield from _put((*at, 2, 0), (1.01 * float.fromhex(numbers[0]) + 0.01).hex())
+            for extra in ([*numbers, (0.0).hex()], numbers[:-1] if numbers else [(0.5).hex()]):
+                yield from _put((*at, 2), extra)
+            yield from _put((*at, 1), [*arguments, 0], arguments[:-1] or [0, 0])
+            if name == "power":
+                yield from _put((*at, 2, 0), *((float(n)).hex() for n in (-1, 0, 0.5, 3)))
+            if name == "below":  # a jump that is not said to be one, or the other way round
+                yield from _put((*at, 2), [(1.0).hex(), (0.5).hex()])
         yield from _put((*path, "outputs"), [])
         yield from _put((*path, "outputs", 0), 10_000)
         yield from _put((*path, "inputs", 0), -1)
@@ -183,6 +195,45 @@ def _change_programs(document: Document) -> Changes:
     yield from _put(("response", "period"), "0", "-1", "1/3", "nan", 1.5)
     offsets = document["response"]["offsets"]
     yield from _put(("response", "offsets"), offsets[:-1], [*offsets, "1/3"])
+
+
+def list_silent_jumps(document: Document) -> Changes:
+    """Yield conditions that are said to choose between equals; only who knows the code is sure."""
+    for stage, entry in enumerate(document["response"]["stages"]):
+        for n, (name, _, numbers) in enumerate(entry["operations"]):
+            if name == "below" and float.fromhex(numbers[1]):
+                path = ("response", "stages", stage, "operations", n, 2, 1)
+                yield from _put(path, (0.0).hex())
+
+
+def _change_assembly(document: Document) -> Changes:
+    """Assemblies that are none, or are not the one from which roots were followed."""
+    for index, node in _list_kinds(document):
+        if "evidence" in node:
+            path = ("nodes", index, "evidence")
+            key = "peaks" if document["kind"] == "sampled" else "starts"
+            yield from _put((*path, key), [1.0])
+            yield from _put((*path, "continued"), len(document["nodes"]), -1, None)
+            yield from _put((*path, "domain"), document["box"])
+    if document["assembly"] is None:
+        yield from _put(("assembly",), {"design": document["box"][0], "roots": []})
+        return
+    yield from _put(("assembly",), None)
+    roots = document["assembly"]["roots"][0]
+    for k, root in enumerate(roots):
+        path = ("assembly", "roots", 0, k)
+        yield from _put(path, _raise(root, 1e-3), _raise(root, -0.5), *NOT_FINITE[:4], None)
+    yield from _pop("assembly", "roots", 0, -1)
+    yield from _pop("assembly", "roots", 0)
+    yield from _put(("assembly", "roots", 0), [*roots, roots[0]])
+    yield from _put(("assembly", "design", 0), *NOT_FINITE[:4], (0.3).hex())
+    yield from _pop("assembly", "design", 0)
+    for stage, entry in enumerate(document["response"]["stages"]):
+        if entry["limits"]:
+            outputs, limits = (("response", "stages", stage, key) for key in ("outputs", "limits"))
+            yield from _put(outputs, entry["outputs"][:-1], [*entry["outputs"], 0])
+            yield from _put(outputs, entry["outputs"][:1] * len(entry["outputs"]))
+            yield from _put(limits, entry["limits"][:-1], [])
 
 
 def _change_boxes(document: Document) -> Changes:

@@ -18,13 +18,14 @@ import pytest
 
 from planter.engine.proof import check_proof, objective
 from planter.engine.proof.certificate_file import (
+    ProvedMachine,
     check_document,
     compute_digest,
     format_document,
     read_document,
     write_certificate,
 )
-from planter.engine.proof.objective import BoundedMeasure
+from planter.engine.proof.objective import BoundedMeasure, ProvableObjective
 from planter.engine.proof.programs import record_program
 from planter.engine.proof.search import Incumbent, Proof
 from planter.kernels import generated
@@ -39,8 +40,14 @@ FEWEST_KINDS = 60
 KINDS = {"sampled": (SAMPLES, OPTIMUM), "true": (None, np.array([UPPER[0], LOWER[1], 0.0]))}
 """Samples and optimum; the true objective is symmetrical in the third parameter."""
 LEAST_MEAN = 0.5
-SOURCES = generated.hash_modules([generated.module("array.curve_ellipse")])
-"""Hashes of some generated code; the programs of these tests are from none."""
+MACHINE = ProvedMachine(
+    ("a", "b", "c"),
+    (1.0, 1.0, 1.0),
+    generated.hash_modules([generated.module("array.curve_ellipse")]),
+    "bent curve",
+    {},
+)
+"""The machine of these tests, with hashes of some generated code."""
 
 
 def prove(
@@ -56,8 +63,7 @@ def prove(
         lambda: build_bent(samples, limits),
         (LOWER, UPPER),
         incumbent,
-        ("a", "b", "c"),
-        SOURCES,
+        MACHINE,
         seconds,
         None,
         AUTO,
@@ -76,6 +82,11 @@ def coarse(monkeypatch: pytest.MonkeyPatch) -> None:
 def prove_document(kind: str) -> Document:
     document: Document = json.loads(prove(kind)[1])
     return document
+
+
+def rebuild(_: Document) -> ProvableObjective:
+    """Return the objective of the machine of these tests, as it is generated here."""
+    return build_bent(None)
 
 
 def check_apart(document: Document) -> str | None:
@@ -196,7 +207,7 @@ def test_earlier_proof_of_another_objective_is_not_resumed(tmp_path: Path) -> No
 def test_checker_encloses_a_root_that_is_exactly_zero() -> None:
     space = check_proof.BoxSpace([0.0], [1.0], 0)
     unit, zero = space.constant(1), space.constant(0)
-    (root,) = check_proof.enclose_roots(
+    (root,), _, _ = check_proof.enclose_roots(
         space, 1, [0.0], lambda unknowns: ([unknowns[0] * unit - zero], [[unit]])
     )
     assert root.v.contains(0)
@@ -216,7 +227,7 @@ def test_checker_encloses_the_roots_of_coupled_equations(place: float, half: flo
         return gaps, [[cos, -radius * sin], [sin, radius * cos]]
 
     x = np.linspace(place - half, place + half, 9)
-    roots = check_proof.enclose_roots(space, 2, start, polar)
+    roots, _, _ = check_proof.enclose_roots(space, 2, start, polar)
     for ball, exact in zip(roots, (np.hypot(x, 1), np.arctan2(1, x)), strict=True):
         assert float(ball.v.lower()) <= exact.min() <= exact.max() <= float(ball.v.upper())
         assert float(ball.v.rad()) < 2 * np.ptp(exact) + half**2
@@ -230,12 +241,56 @@ def test_every_tampered_proof_is_refused_by_both(kind: str, step: int) -> None:
     valid, count = [], 0
     for name, tampered in islice(list_tampered(prove_document(kind)), 0, None, step):
         count += 1
-        ours, reason = check_document(tampered), check_apart(tampered)
+        ours, reason = check_document(tampered, rebuild), check_apart(tampered)
         valid += [f"{name}: planter"] if ours.valid else []
         valid += [f"{name}: check_proof"] if reason is None else []
         assert ours.valid or ours.reason, name
     assert not valid
     assert count >= FEWEST_KINDS // step
+
+
+def test_programs_of_another_machine_are_refused() -> None:
+    document = prove_document("sampled")
+    assert check_document(document, rebuild).compared == ["bent curve"]
+    other = deepcopy(document)
+    (*_, last) = other["response"]["stages"]
+    number = {"operations": [["constant", [], [(0.5).hex()]]], "outputs": [0]}
+    other["response"]["stages"] = [last | number]
+    bound = (-1e-9).hex()
+    other["nodes"], other["lower_bound"] = [{"bound": bound, "evidence": {}}], bound
+    other["incumbent"] |= {"upper_bound": None}
+    assert check_document(renew(other)).valid, "it is true of a force that is the same everywhere"
+    assert check_apart(other) is None
+    reason = check_document(other, rebuild).reason
+    assert reason is not None
+    assert "stages" in reason
+    for key, content in (("continuous", False), ("period", "1"), ("offsets", ["0"])):
+        other = deepcopy(document)
+        other["response"][key] = content
+        assert key in str(check_document(renew(other), rebuild).reason)
+
+
+def test_continuous_choices_follow_from_the_form_of_a_program() -> None:
+    def choose(xp: Any, x: Any, yes: Any, no: Any) -> Any:
+        return xp.where(xp.lift(x).reaches(0), yes, no)
+
+    codes = (
+        (lambda xp, x: xp.absolute(x[0]), True),
+        (lambda xp, x: xp.maximum(x[0], x[1]), True),
+        (lambda xp, x: xp.minimum(x[0], 2.0), True),
+        (lambda xp, x: choose(xp, x[0], x[0], -x[0]), True),
+        (lambda xp, x: choose(xp, x[0], x[1], -x[1]), False),
+        (lambda xp, x: choose(xp, x[0] - x[1], x[0], -x[1]), False),
+        (lambda xp, x: choose(xp, x[0], 1.0, 2.0), False),
+        (lambda xp, x: xp.absolute(x[0]) + choose(xp, x[0], x[1], 0.0), False),
+    )
+    for code, is_continuous in codes:
+        program = record_program(lambda xp, x, code=code: [code(xp, x)], 2).to_document()
+        steps = program["operations"]
+        conditions = [n for n, step in enumerate(steps) if step[0] == "below"]
+        assert conditions
+        plain = json.loads(json.dumps(steps))
+        assert all(check_proof.is_continuous_choice(plain, n) for n in conditions) is is_continuous
 
 
 def test_exchanged_parameter_names_do_not_keep_the_statement() -> None:

@@ -12,7 +12,7 @@ from scipy.integrate import quad
 from scipy.optimize import minimize_scalar
 
 from planter.engine.proof import jets, objective
-from planter.engine.proof.enclosures import AnglePanels, list_angles
+from planter.engine.proof.enclosures import AnglePanels, RootBranch, list_angles
 from planter.engine.proof.intervals import Ball, Unbounded
 from planter.engine.proof.jets import ANYWHERE, CENTRE, Jet, Space
 from planter.engine.proof.objective import enclose_square
@@ -41,7 +41,7 @@ def enclose(lower: Array, upper: Array, count: int = 40) -> tuple[AnglePanels, J
     """Return panels, the curve in them, and their shares."""
     panels, space = make_panels(lower, upper, count)
     phi, shares = panels.angles(space)
-    return panels, BENT.enclose(space, phi, [()])[0], shares
+    return panels, BENT.enclose(space, phi, [RootBranch(1.0, (), ())])[0], shares
 
 
 def curve(x: Array, phi: float) -> float:

@@ -128,7 +128,8 @@ def test_root_is_enclosed_with_derivatives() -> None:
     def residual(a: Sequence[Jet]) -> tuple[Sequence[Jet], Sequence[Sequence[Jet]]]:
         return [a[0] ** 3 + x[0] * a[0] - x[1]], [[3 * a[0] ** 2 + x[0]]]
 
-    (root,), rng = enclose_roots(space, np.array([[0.8]]), residual), np.random.default_rng(6)
+    (root,) = enclose_roots(space, np.array([[0.8]]), residual).jets
+    rng = np.random.default_rng(6)
     for _ in range(100):
         p = CUBIC_LOWER + rng.random(3) * CUBIC_WIDTH
         a = float(np.roots([1, 0, p[0], -p[1]])[-1].real)
@@ -162,7 +163,7 @@ def test_roots_of_two_equations_are_enclosed_in_every_lane() -> None:
         ]
 
     roots, rng = (
-        enclose_roots(space, np.array([[1.2, 2.1], [0.5, 0.3]]), residual),
+        enclose_roots(space, np.array([[1.2, 2.1], [0.5, 0.3]]), residual).jets,
         np.random.default_rng(3),
     )
     for _ in range(50):

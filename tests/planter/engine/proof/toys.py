@@ -9,16 +9,22 @@ from typing import Any
 
 import numpy as np
 
+from planter.engine.proof.continuation import AssemblyStart
 from planter.engine.proof.enclosures import (
     Kinks,
     ResponseProgram,
-    RootStart,
+    RootBranch,
     list_angles,
     list_samples,
 )
 from planter.engine.proof.intervals import Ball, Unbounded
 from planter.engine.proof.jets import Jet, Space
-from planter.engine.proof.objective import BoundedMeasure, ObjectiveBounds, ProvableObjective
+from planter.engine.proof.objective import (
+    BoundedMeasure,
+    Box,
+    ObjectiveBounds,
+    ProvableObjective,
+)
 from planter.engine.proof.programs import record_program
 from planter.kernels import Array
 
@@ -34,7 +40,7 @@ class Ring:
     batch, floor = 2, -np.inf
 
     def bound_boxes(
-        self, boxes: Sequence[tuple[Array, Array]]
+        self, boxes: Sequence[Box], domains: Sequence[Box | None] = ()
     ) -> list[ObjectiveBounds | Unbounded]:
         return [
             Unbounded("too wide") if (upper - lower)[1] > Y else _bound(lower, upper)
@@ -54,13 +60,15 @@ def _bound(lower: Array, upper: Array) -> ObjectiveBounds:
 
 
 def enclose_samples(
-    response: ResponseProgram, space: Space, count: int, starts: Sequence[RootStart] = ()
+    response: ResponseProgram, space: Space, count: int, start: AssemblyStart | None = None
 ) -> list[Jet]:
     """Return each quantity over a box at `count` angles of a cycle that differ modulo the
     period.
     """
     phi = list_angles(list_samples(response, count))
-    return response.enclose(space, space.constant(phi), [starts])
+    box = space.lower, space.upper
+    branch = RootBranch(1.0, (), ()) if start is None else start.follow(response, *box)
+    return response.enclose(space, space.constant(phi), [branch])
 
 
 @dataclass(frozen=True)
@@ -72,7 +80,7 @@ class Bounded:
     floor: float = 0.0
 
     def bound_boxes(
-        self, boxes: Sequence[tuple[Array, Array]]
+        self, boxes: Sequence[Box], domains: Sequence[Box | None] = ()
     ) -> list[ObjectiveBounds | Unbounded]:
         results: list[ObjectiveBounds | Unbounded] = []
         for box in boxes:

@@ -685,13 +685,15 @@ def test_files_of_other_kinds_are_recognised(tmp_path: Path) -> None:
     hint = "it must be one of compact, wang2017, wang2017-wide or the path of a .toml file"
     assert (
         refusal("shi2021")
-        == f"shi2021: this is a built-in TOML file for planter clutch, but {hint}"
+        == f"shi2021: this is a built-in TOML file for planter design clutch, but {hint}"
     )
-    assert "built-in CSV file for planter synthesise, train" in refusal("sun2019-curve")
+    assert "built-in CSV file for planter design synthesise, design train" in refusal(
+        "sun2019-curve"
+    )
     path = tmp_path / "my.toml"
     path.write_text(examples.example("yu2023", suffix=".toml") + "\n[extra]\n", encoding="utf-8")
     assert refusal(path).startswith(
-        f"{path}: this is a file for planter pickup, but it must be one like compact"
+        f"{path}: this is a file for planter design pickup, but it must be one like compact"
     )
     path = tmp_path / "poses.csv"
     assert "this is a .csv file, but it must be a .toml file" in refusal(path)

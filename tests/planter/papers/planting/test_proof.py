@@ -4,15 +4,19 @@ tampered cases.
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 from fractions import Fraction
-from functools import cache
+from functools import cache, partial
 from itertools import pairwise, product
+from pathlib import Path
 
 import numpy as np
 import pytest
 from flint import arb, ctx
 
+from planter.engine.proof import check_proof
+from planter.engine.proof.certificate_file import check_document
 from planter.engine.proof.intervals import Ball
 from planter.engine.proof.jets import ANYWHERE, CENTRE, Jet, Space
 from planter.engine.proof.objective import ProvableObjective, ProvedQuantity
@@ -24,6 +28,7 @@ from planter.papers.planting.model import FORCE, Device
 from planter.papers.planting.objective import evaluate_true_extremes
 from planter.papers.planting.proof import EnclosedForce
 from planter.progress import Progress
+from tests.planter.engine.proof.tampering import renew
 from tests.planter.engine.proof.toys import enclose_samples
 from tests.support import xp_arb
 from tests.support.cli import answer
@@ -54,7 +59,7 @@ def box(name: str, model: Model, seed: int = 3) -> tuple[Array, Array]:
 def enclose(subject: Device, lower: Array, upper: Array) -> Jet:
     force, space = EnclosedForce(subject), Space(lower, upper)
     program = force.record([ProvedQuantity(FORCE)])
-    return enclose_samples(program, space, COUNT, force.find_starts(space.centre))[0]
+    return enclose_samples(program, space, COUNT, force.find_assembly(space.centre))[0]
 
 
 @cache
@@ -180,7 +185,7 @@ def problem(model: Model) -> tuple[ProvableObjective, Array, Array, Array]:
     """
     subject = device("wang2017", model)
     bounding = proof.build_objective_enclosure(subject.machine, model, COUNT)
-    lower, upper = proof.find_searched_box(subject, subject.design)
+    lower, upper = subject.lower, subject.upper
     half = 0.01 * (upper - lower)
     slopes = bounding(lower + half, upper - 97 * half).slopes.mid
     corner = np.where(slopes < 0, upper, lower)
@@ -292,6 +297,31 @@ def test_true_bounds_of_a_part_of_the_cycle_are_wrong(monkeypatch: pytest.Monkey
     monkeypatch.setattr(bounding, "response", replace(bounding.response, period=Fraction(49, 100)))
     bounds = bounding(x, x)
     assert not bounds.lower_bound <= value <= bounds.reached
+
+
+def test_programs_of_a_device_are_compared_with_its_generated_code() -> None:
+    """Without planter, too; gamma and A6 are in the box, and no program takes them."""
+    optimum = optimisation.optimise(device("wang2017", "exact"), "ipopt", str(COUNT), starts=1)
+    document = json.loads(str(proof.add_proof(optimum, 0.0).certificate))
+    assert check_proof.list_ineffective(document) == ["gamma_deg", "A6_mm"]
+    pairs = zip(*document["box"], strict=True)
+    assert all(float.fromhex(low) < float.fromhex(high) for low, high in pairs)
+    rebuild = partial(proof.rebuild_objective, "wang2017")
+    result = check_document(document, rebuild)
+    assert result.valid, result.reason
+    assert result.compared == ["wang2017"]
+    assert "Without any effect, as no result takes them: gamma_deg, A6_mm." in str(result.statement)
+    path = Path(str(generated.module("array.planting_support_exact").__file__))
+    check_proof.PROOF = check_proof.ProofClaims(document)
+    assert "8 random points" in check_proof.compare_module(document, path)
+    other = document | {"machine": document["machine"] | {"changes": {"mass.sun_kg": 0.5}}}
+    assert "stages" in str(check_document(renew(other), rebuild).reason)
+    (*_, last) = document["response"]["stages"]
+    last["operations"], last["outputs"] = [["constant", [], [(0.5).hex()]]], [0]
+    assert "stages" in str(check_document(renew(document), rebuild).reason)
+    check_proof.PROOF = check_proof.ProofClaims(document)
+    with pytest.raises(check_proof.RefusedError, match="not those of"):
+        check_proof.compare_module(document, path)
 
 
 def test_a_narrow_box_is_proved() -> None:
