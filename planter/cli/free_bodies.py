@@ -8,7 +8,7 @@ from planter.cli.results import BodyLoadFound, FreeBodiesFound, FreeBodyFound
 from planter.errors import InputError
 from planter.files.examples import load_part
 from planter.report.free_body import BodyLoad, FreeBodies, FreeBody
-from planter.report.html import KeyFigure, Section, Table, Text
+from planter.report.html import Block, KeyFigure, Section, Table, Text
 from planter.report.labels import clean_zero, count_things
 from planter.report.presentation import PlacedFigure, ResultPresentation
 from planter.report.sheet import draw_figure
@@ -72,7 +72,7 @@ def _find_error(body: FreeBody) -> float:
 def _list_sections(cut: FreeBodies, figures: Mapping[str, str]) -> Iterator[Section]:
     for body in cut.bodies:
         rows = [*(_list_cells(body, load) for load in body.loads), _list_sums(body)]
-        blocks = [PlacedFigure(figures[body.name]), Table(HEAD, rows)]
+        blocks: list[Block] = [PlacedFigure(figures[body.name]), Table(HEAD, rows)]
         yield Section(f"{body.name[:1].upper()}{body.name[1:]}", blocks)
     yield Section("What is drawn", [Text(DALEMBERT, "note")], detail=True)
 

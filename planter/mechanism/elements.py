@@ -37,7 +37,7 @@ class DrawnElements:
     def add_line(self, name: str, places: Array, first: int) -> None:
         """Add a line through points (k, 2, n) [mm]; `first` is the number of points before."""
         start = first + len(self.points)
-        self.points += [Point("", *place, hidden=True) for place in places]
+        self.points += [Point("", x, y, hidden=True) for x, y in places]
         self.chains.append(Chain(name, list(range(start, start + len(places))), False, 3))
 
 
@@ -57,15 +57,16 @@ def draw_elements(
         ]
         if len(ends) < 2 or f"{name}_z_1" in drawn:
             continue
+        start, end = ends[:2]
         if kind == "guide":
-            elements.bodies += _draw_slider(words, *ends, half)
+            elements.bodies += _draw_slider(words, start, end, half)
         elif kind == "cam":
-            elements.bodies += _draw_cam(words, *ends, half)
+            elements.bodies += _draw_cam(words, start, end, ends[2], half)
         elif kind == "spring":
-            elements.add_line(words, _coil(*ends, half), first)
+            elements.add_line(words, _coil(start, end, half), first)
         else:
             elements.add_line(words, np.array(ends), first)
-            elements.bodies.append(_draw_cylinder(words, *ends, half))
+            elements.bodies.append(_draw_cylinder(words, start, end, half))
     return elements
 
 

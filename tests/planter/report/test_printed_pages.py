@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import csv
 import re
 import subprocess
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from planter.files import examples
@@ -72,13 +74,35 @@ def heavier(tmp_path_factory: pytest.TempPathFactory) -> str:
     return str(path)
 
 
-@pytest.mark.parametrize("command", ["simulate device", "simulate crank", "diff", "gears"])
+COMMANDS = ("simulate device", "simulate crank", "diff", "gears", "optimise", "calibrate")
+
+
+@pytest.fixture(scope="module")
+def measured(crank: str, tmp_path_factory: pytest.TempPathFactory) -> str:
+    """The motor's torque of the slider-crank with a spring that is stiffer than stated."""
+    folder = tmp_path_factory.mktemp("measured")
+    code, *_ = run("simulate", crank, "--set", "k_N_m=1000", "--out", str(folder / "run"))
+    lines = (folder / "run" / "values.csv").read_text(encoding="utf-8").splitlines()
+    rows = list(csv.DictReader(line for line in lines if not line.startswith("#")))
+    path = folder / "measured.csv"
+    noise = np.random.default_rng(1).normal(0.0, 0.02, len(rows))
+    pairs = (
+        f"{row['phi_deg']},{float(row['M_in_Nm']) + error:.6f}"
+        for row, error in zip(rows[::4], noise, strict=False)
+    )
+    path.write_text("\n".join(["phi_deg,M_in_Nm", *pairs]) + "\n", encoding="utf-8")
+    return str(path)
+
+
+@pytest.mark.parametrize("command", COMMANDS)
 def test_main_part_has_three_sheets(command: str, crank: str, heavier: str, tmp_path: Path) -> None:
     words = {
         "simulate device": ("simulate", "wang2017-wide"),
         "simulate crank": ("simulate", crank),
         "diff": ("diff", "wang2017-wide", heavier),
         "gears": ("gears", "wang2017", "--module", "2"),
+        "optimise": ("optimise", crank, "--starts", "2"),
+        "calibrate": ("calibrate", crank, "--data", measured, "--free", "values.k_N_m"),
     }[command]
     run(*words, "--out", str(tmp_path / "out"))
     page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
