@@ -42,7 +42,7 @@ from .bodies import (
     virtual_works,
 )
 from .frames import Frame, Vec, Z, displacement
-from .free_bodies import BodyLoad, build_load_function
+from .free_bodies import StatedLoad, build_load_function
 from .statement import MechanismError, Statement, list_places, quantity
 
 LAW = "law_"
@@ -113,7 +113,7 @@ def derive_driven_motion(
     speed: Quantity,
     acceleration: Quantity | None,
     reported: Sequence[str | Quantity] | None,
-) -> tuple[Lane, tuple[ClosedForm, ...], list[BodyLoad]]:
+) -> tuple[Lane, tuple[ClosedForm, ...], list[StatedLoad]]:
     """The lane with what is reported (everything, unless told), the functions that close its loops
     and those of drawings, and the loads of which one of these is the function.
 

@@ -24,7 +24,7 @@ PARTS = {"F": "N", "M": "N m"}
 
 
 @dataclass(frozen=True)
-class BodyLoad:
+class StatedLoad:
     """A force at a point and a moment on a body, along the axes of the world; ``by`` is empty for
     weight and inertia.
 
@@ -68,18 +68,18 @@ class BodyLoad:
         return texts | ({"twice": True} if self.twice else {})
 
 
-def list_loads(stated: Statement) -> list[BodyLoad]:
+def list_loads(stated: Statement) -> list[StatedLoad]:
     """Return the loads on all bodies but the ground, in the order of the bodies."""
     bodies = [body for body in stated.assembly.bodies if body != stated.ground]
     return [load for body in bodies for load in _list_body_loads(stated, body)]
 
 
-def _list_body_loads(stated: Statement, body: Body) -> Iterator[BodyLoad]:
+def _list_body_loads(stated: Statement, body: Body) -> Iterator[StatedLoad]:
     world, shared = stated.world, body in stated.shared
     for action in stated.assembly.actions:
         if sign := action.sign(body):
             at, force, moment = _find_wrench(stated, action)
-            yield BodyLoad(
+            yield StatedLoad(
                 action.name,
                 body.name,
                 (action.by if action.on == body else action.on).name,
@@ -94,11 +94,11 @@ def _list_body_loads(stated: Statement, body: Body) -> Iterator[BodyLoad]:
         place, name = _locate(stated, part.centroid), part.centroid.name
         gravity = stated.assembly.gravity.resolved(world)
         weight, still = part.mass * gravity, zero(world)
-        yield BodyLoad(f"weight{suffix}", body.name, "", name, place, weight, still)
+        yield StatedLoad(f"weight{suffix}", body.name, "", name, place, weight, still)
         inertia = -part.mass * stated.motion.acceleration(part.centroid, world)
         rate = stated.motion.momentum_rate(part.tensor, body.frame).resolved(world)
         moment = -rate
-        yield BodyLoad(f"inertia{suffix}", body.name, "", name, place, inertia, moment)
+        yield StatedLoad(f"inertia{suffix}", body.name, "", name, place, inertia, moment)
 
 
 def _find_wrench(stated: Statement, action: Action) -> tuple[Point, Vec, Vec]:
@@ -119,9 +119,9 @@ def _locate(stated: Statement, point: Point) -> Vec:
 
 
 def build_load_function(
-    stated: Statement, given: Sequence[Quantity]
-) -> tuple[tuple[ClosedForm, ...], list[BodyLoad]]:
-    """Return the function of the loads from quantities that are ``given``, packed as ``state``, and
+    stated: Statement, inputs: Sequence[Quantity]
+) -> tuple[tuple[ClosedForm, ...], list[StatedLoad]]:
+    """Return the function of the loads from quantities that are ``inputs``, packed as ``state``, and
     the loads; nothing if the loads need other quantities.
     """
     loads = list_loads(stated)
@@ -130,12 +130,12 @@ def build_load_function(
         for number, load in enumerate(loads, 1)
         for step in load.list_components(number, stated.axes)
     ]
-    named = [step for step in stated.named if step.symbol not in given]
+    named = [step for step in stated.named if step.symbol not in inputs]
     outputs = frozenset(step.symbol for step in components)
     steps = needed((*named, *components), outputs)
     free = frozenset().union(*(step.needs for step in steps))
     free -= frozenset().union(*(step.defines for step in steps))
-    if not components or free - set(given):
+    if not components or free - set(inputs):
         return (), []
-    state = Vector("state", tuple(symbol for symbol in given if symbol in free))
+    state = Vector("state", tuple(symbol for symbol in inputs if symbol in free))
     return build_function(LOADS, components, (state,), named), loads

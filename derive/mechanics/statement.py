@@ -24,7 +24,7 @@ class MechanismError(ValueError):
 
 @dataclass(frozen=True)
 class Element:
-    """What is drawn between bodies: of a spring or strut its ``ends``, of a guide a point on it and
+    """Drawing between bodies: of a spring or strut its ``ends``, of a guide a point on it and
     one a length of one farther along; of a cam its axis, the centre of its roller, and a point a
     length of one from the axis that turns with it.
     """

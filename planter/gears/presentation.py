@@ -117,8 +117,8 @@ def _list_failures(result: GearsFound) -> list[str]:
     for stage in result.stages:
         names = " and ".join(gear.name for gear in stage.gears)
         if stage.contact_ratio.min < 1:
-            least = f"{stage.contact_ratio.min:.3f}"
-            failures.append(f"Fails: the contact ratio of {names} falls to {least}, below 1.")
+            ratio = f"{stage.contact_ratio.min:.3f}"
+            failures.append(f"Fails: the contact ratio of {names} falls to {ratio}, below 1.")
         if stage.overlap_mm2 > OVERLAP_ROUNDING:
             overlap = f"{stage.overlap_mm2:.3g} mm2"
             failures.append(f"Fails: teeth of {names} overlap by up to {overlap}.")

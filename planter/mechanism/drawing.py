@@ -263,13 +263,13 @@ def build_scene(
     columns: Mapping[str, Array],
     places: Mapping[str, Array],
     machine: Machine | None = None,
-    drawn: Mapping[str, Array] = MappingProxyType({}),
+    shapes: Mapping[str, Array] = MappingProxyType({}),
 ) -> Scene:
     """Return a moving scene with curves (n,) by key in display units; `places` (n,) [m] are
     coordinates of points.
 
     The `machine` gives the curves their names, and forces at points of the drawing their arrows;
-    `drawn` (n,) [SI] are what its springs, guides and gears are drawn from.
+    `shapes` (n,) [SI] are what its springs, guides and gears are drawn from.
     """
     quantities = [] if machine is None else machine.results
     named = {quantity.key: name_quantity(quantity) for quantity in quantities}
@@ -289,7 +289,7 @@ def build_scene(
         if body != GROUND and len(ends) > 1:
             chains.append(Chain(body.replace("_", " "), ends, len(ends) > 2, shade % 6))
     place, _, unit = axis.label.partition(" / ")
-    parts, gears = _draw_parts(machine, drawn, frames, extent, len(points))
+    parts, gears = _draw_parts(machine, shapes, frames, extent, len(points))
     points += parts.points
     return Scene(
         title=title,
@@ -322,15 +322,19 @@ def build_scene(
 
 
 def _draw_parts(
-    machine: Machine | None, drawn: Mapping[str, Array], frames: Integers, extent: float, first: int
+    machine: Machine | None,
+    shapes: Mapping[str, Array],
+    frames: Integers,
+    extent: float,
+    first: int,
 ) -> tuple[DrawnElements, list[Body]]:
     """Return springs, struts and guides, and gears by their pitch curves, at the frames of a
     scene.
     """
-    if machine is None or not drawn or not isinstance(machine.document, MechanismFile):
+    if machine is None or not shapes or not isinstance(machine.document, MechanismFile):
         return DrawnElements(), []
     sidecar = machine.document.model.sidecar
-    at_frames = {name: values[frames] for name, values in drawn.items()}
+    at_frames = {name: values[frames] for name, values in shapes.items()}
     elements = draw_elements(sidecar.get("elements", {}), at_frames, extent, first)
     gears = draw_pitch_curves(sidecar.get("meshes", {}), at_frames)
     return elements, list(gears)

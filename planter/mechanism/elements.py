@@ -42,7 +42,7 @@ class DrawnElements:
 
 
 def draw_elements(
-    kinds: Mapping[str, str], drawn: Mapping[str, Array], extent: float, first: int
+    kinds: Mapping[str, str], shapes: Mapping[str, Array], extent: float, first: int
 ) -> DrawnElements:
     """Return springs, struts, guides and cams by their kinds, from the coordinates (n,) [m] of their
     ends by name; `extent` [mm] is that of the drawing, `first` the number of its points.
@@ -51,11 +51,11 @@ def draw_elements(
     for name, kind in kinds.items():
         words = name.replace("_", " ")
         ends = [
-            1e3 * np.array([drawn[f"{name}_x_{number}"], drawn[f"{name}_y_{number}"]])
+            1e3 * np.array([shapes[f"{name}_x_{number}"], shapes[f"{name}_y_{number}"]])
             for number in (1, 2, 3)
-            if f"{name}_y_{number}" in drawn
+            if f"{name}_y_{number}" in shapes
         ]
-        if len(ends) < 2 or f"{name}_z_1" in drawn:
+        if len(ends) < 2 or f"{name}_z_1" in shapes:
             continue
         start, end = ends[:2]
         if kind == "guide":
@@ -97,8 +97,8 @@ def _draw_slider(name: str, at: Array, farther: Array, half: float) -> Iterator[
     block = half * np.array([[-1.6, -1.0], [1.6, -1.0], [1.6, 1.0], [-1.6, 1.0]])
     across = np.array([-way[1, 0], way[0, 0]])
     if np.ptp(way, axis=1).max() < STILL and np.ptp(across @ at) < STILL * (1 + np.ptp(at)):
-        along = way[:, 0] @ at
-        ends = along.min() - 3 * half, along.max() + 3 * half
+        places = way[:, 0] @ at
+        ends = places.min() - 3 * half, places.max() + 3 * half
         middle = across * float(across @ at[:, 0])
         yield _draw_guide(name, np.array([middle + x * way[:, 0] for x in ends]), across, half)
     yield Body(f"slider in {name}", (Outline(block, "body", shade=4),), tuple(at), turn)
@@ -138,17 +138,17 @@ def _draw_guide(name: str, line: Array, across: Array, half: float) -> Body:
 
 
 def draw_pitch_curves(
-    meshes: Mapping[str, Sequence[str]], drawn: Mapping[str, Array]
+    meshes: Mapping[str, Sequence[str]], shapes: Mapping[str, Array]
 ) -> Iterator[Body]:
     """Yield gears by their pitch curves, which turn with them, from the function `meshes` (n,)
     [SI]; each gear once.
     """
     names: set[str] = set()
     for shade, (tag, gears) in enumerate(meshes.items()):
-        if f"mesh_{tag}_x" not in drawn:
+        if f"mesh_{tag}_x" not in shapes:
             continue
         x, y, line, *pairs = (
-            drawn[f"mesh_{tag}_{key}"]
+            shapes[f"mesh_{tag}_{key}"]
             for key in ("x", "y", "line", "polar_1", "r_1", "polar_2", "r_2")
         )
         polar, radii = pairs[0::2], pairs[1::2]
@@ -169,8 +169,8 @@ def _draw_pitch_curve(polar: Array, radius: Array, shade: int) -> Outline:
         circle = radius[0] * np.column_stack([np.cos(ROUND), np.sin(ROUND)])
         return Outline(circle[:-1], "gear", shade=shade)
     passed = np.abs(np.unwrap(polar) - polar[0])
-    within = passed < TURN
-    points = radius[within, None] * np.column_stack([np.cos(polar), np.sin(polar)])[within]
+    first_turn = passed < TURN
+    points = radius[first_turn, None] * np.column_stack([np.cos(polar), np.sin(polar)])[first_turn]
     step = float(np.diff(passed).max())
     closed = bool(passed.max() > TURN - 1.5 * step)
     return Outline(points, "gear" if closed else "mark", closed, shade)

@@ -139,7 +139,7 @@ class MechanismCycle:
     seconds: float
     result: MechanismCycleResult
     measured: SensorSignal | None = None
-    drawn: Mapping[str, Array] = field(default_factory=dict)
+    shapes: Mapping[str, Array] = field(default_factory=dict)
     """Values (n,) [SI] of the functions `elements` and `meshes`, for drawings."""
 
     @property

@@ -105,8 +105,8 @@ EXTREME_SHARE = 1e-6
 UNITS_FIRST = ("N m", "N", "W", "mm", "deg")
 """Units of the quantities that a page opens with, in this order."""
 MOTION_CAPTION = (
-    "Bodies by the points where forces act on them and by their centroids, which is "
-    "all that the statement contains."
+    "Bodies by the points where forces act on them and by their centroids; springs, guides, cams and "
+    "gears as stated."
 )
 
 
@@ -602,7 +602,7 @@ def _draw_cycle(
                 cycle.columns,
                 cycle.places,
                 cycle.machine,
-                cycle.drawn,
+                cycle.shapes,
             )
             yield MotionBlock(scene, MOTION_CAPTION)
 

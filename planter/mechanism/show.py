@@ -75,7 +75,7 @@ class MechanismView:
             cycle.columns,
             cycle.places,
             cycle.machine,
-            cycle.drawn,
+            cycle.shapes,
         )
         if cycle.measured is not None:
             values_shown = cycle.measured.signal[select_frames(len(cycle.angles_deg))]
@@ -197,7 +197,7 @@ def build_scene(thing: object) -> Scene | None:
         return None
     axis, machine = PlotAxis.from_cycle(thing), thing.machine
     return build_scene(
-        machine.name, axis, thing.seconds, thing.columns, thing.places, machine, thing.drawn
+        machine.name, axis, thing.seconds, thing.columns, thing.places, machine, thing.shapes
     )
 
 

@@ -384,10 +384,10 @@ def draw(axes: Axes, picture: Picture, moment: int) -> None:
     for chain in scene.chains:
         corners = np.array([picture.paths[index][moment] for index in chain.points])
         _line(axes, corners, "body", chain.shade, chain.closed)
-    shown = (
+    paths = (
         path for point, path in zip(scene.points, picture.paths, strict=True) if not point.hidden
     )
-    for path in shown:
+    for path in paths:
         axes.plot(*path[moment], "o", color=style.PAPER, markeredgecolor=style.INK, markersize=3)
     for label in scene.labels:
         side = {"start": "left", "middle": "center", "end": "right"}[label.anchor]

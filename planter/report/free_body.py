@@ -49,7 +49,7 @@ class BodyLoad:
 
     @property
     def words(self) -> str:
-        """What acts, and from which body."""
+        """Name of the load, and of the body that it is from."""
         return f"{set_name(self.name)} by {self.by}" if self.by else self.name
 
 
@@ -137,8 +137,8 @@ def _outline_points(body: FreeBody, extent: float) -> Outline:
     """Return a body by the points at which loads act: a bar, a polygon, or a block about one."""
     places = 1e3 * np.array([load.place[:2] for load in body.loads])
     points = np.unique(np.round(places, 6), axis=0)
-    around = points - points.mean(axis=0)
-    points = points[np.argsort(np.arctan2(around[:, 1], around[:, 0]))]
+    arms = points - points.mean(axis=0)
+    points = points[np.argsort(np.arctan2(arms[:, 1], arms[:, 0]))]
     if np.ptp(points, axis=0).max() > POINT_SHARE * extent:
         return Outline(points, "body", closed=len(points) > 2)
     half = POINT_SHARE * extent / 2

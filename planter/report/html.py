@@ -215,8 +215,8 @@ class Table:
             for row in cells
         )
         kind = ' class="many"' if len(self.head) > MANY_COLUMNS else ""
-        whole = " whole" if len(self.rows) <= WHOLE_ROWS else ""
-        opened = f'<div class="wide{whole}" tabindex="0"><table{kind}>'
+        unbroken = " whole" if len(self.rows) <= WHOLE_ROWS else ""
+        opened = f'<div class="wide{unbroken}" tabindex="0"><table{kind}>'
         closed = "</tbody></table></div>"
         return _lines(opened, caption, f"<thead><tr>{head}</tr></thead>", "<tbody>", *body, closed)
 

@@ -432,13 +432,13 @@ def describe_failure(
     >>> describe_failure("tilt", 12.0, (None, 10.0), "deg")
     'Fails: tilt is 12 deg, and must be at most 10 deg (2 deg over).'
     """
-    least, most = limit
+    lower, upper = limit
     unit = f" {unit}" if unit not in ("", "1") else ""
     where = f" at {place}" if place else ""
     if value is None:
         return f"Fails: {name} has no value{where}."
-    is_over = most is not None and value > most
-    bound, words, excess = (most, "most", "over") if is_over else (least, "least", "short")
+    is_over = upper is not None and value > upper
+    bound, words, excess = (upper, "most", "over") if is_over else (lower, "least", "short")
     stated = f"Fails: {name} is {value:.4g}{unit}{where}"
     if bound is None:
         return f"{stated}."
@@ -452,8 +452,8 @@ MOST_FAILURES = 4
 
 def shorten_failures(sentences: Sequence[str]) -> list[str]:
     """Return the first failures, and how many others there are."""
-    others = len(sentences) - MOST_FAILURES
-    more = [f"{others} more fail, as the table shows."] if others > 0 else []
+    rest = len(sentences) - MOST_FAILURES
+    more = [f"{rest} more fail, as the table shows."] if rest > 0 else []
     return [*sentences[:MOST_FAILURES], *more]
 
 

@@ -70,8 +70,8 @@ def test_spring_ends_where_it_is_attached() -> None:
     assert corners[0].y == pytest.approx(slot.y)
     assert corners[-1].x == pytest.approx(400.0)  # the anchor of the file
     (length,) = (curve for curve in scene.curves if "length of spring" in curve.name)
-    drawn = np.hypot(corners[-1].x - corners[0].x, corners[-1].y - corners[0].y)
-    assert drawn == pytest.approx(length.values)
+    distance = np.hypot(corners[-1].x - corners[0].x, corners[-1].y - corners[0].y)
+    assert distance == pytest.approx(length.values)
 
 
 def test_slider_moves_in_its_guide() -> None:

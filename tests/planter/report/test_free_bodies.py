@@ -156,10 +156,10 @@ def test_arrows_are_to_the_scale_that_is_drawn() -> None:
 
 
 def test_command_writes_a_diagram_of_every_body(tmp_path: Path) -> None:
-    found = answer("explain", file_of("four_bar"), "--bodies", "--at", "30")
-    assert found["at_deg"] == 30
-    assert [body["name"] for body in found["bodies"]] == ["crank", "coupler", "rocker"]
-    assert {load["name"] for load in found["bodies"][2]["loads"]} == {
+    result = answer("explain", file_of("four_bar"), "--bodies", "--at", "30")
+    assert result["at_deg"] == 30
+    assert [body["name"] for body in result["bodies"]] == ["crank", "coupler", "rocker"]
+    assert {load["name"] for load in result["bodies"][2]["loads"]} == {
         "B", "D", "load", "weight", "inertia",
     }  # fmt: skip
     code, printed, _ = run(
@@ -167,8 +167,8 @@ def test_command_writes_a_diagram_of_every_body(tmp_path: Path) -> None:
     )
     assert code == 0
     assert "add up to zero" in printed
-    drawn = {path.name for path in (tmp_path / "out" / "figures").glob("*.svg")}
-    assert drawn == {"body_crank.svg", "body_coupler.svg", "body_rocker.svg"}
+    files = {path.name for path in (tmp_path / "out" / "figures").glob("*.svg")}
+    assert files == {"body_crank.svg", "body_coupler.svg", "body_rocker.svg"}
 
 
 def test_bodies_are_refused_in_words() -> None:

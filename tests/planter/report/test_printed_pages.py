@@ -81,7 +81,7 @@ COMMANDS = ("simulate device", "simulate crank", "diff", "gears", "optimise", "c
 def measured(crank: str, tmp_path_factory: pytest.TempPathFactory) -> str:
     """The motor's torque of the slider-crank with a spring that is stiffer than stated."""
     folder = tmp_path_factory.mktemp("measured")
-    code, *_ = run("simulate", crank, "--set", "k_N_m=1000", "--out", str(folder / "run"))
+    run("simulate", crank, "--set", "k_N_m=1000", "--out", str(folder / "run"))
     lines = (folder / "run" / "values.csv").read_text(encoding="utf-8").splitlines()
     rows = list(csv.DictReader(line for line in lines if not line.startswith("#")))
     path = folder / "measured.csv"
@@ -127,10 +127,10 @@ def test_main_part_has_three_sheets(
     # the rest is printed as well, from a new sheet on, although it is folded on screen
     assert count_sheets(page, tmp_path) > main
     if command == "simulate device":  # tampered: all of it in the main part is too much
-        whole = page.replace('<div class="details">', "<div>").replace(
+        unfolded = page.replace('<div class="details">', "<div>").replace(
             "<details>", "<details open>"
         )
-        assert count_main_sheets(whole, tmp_path) > MOST_SHEETS
+        assert count_main_sheets(unfolded, tmp_path) > MOST_SHEETS
     check_sizes(page, tmp_path)
 
 

@@ -12,13 +12,14 @@ import pytest
 from PIL import Image
 
 import planter
-from planter import simulate
+from planter import load_machine, simulate
 from planter.errors import InputError
 from planter.papers.planting.file import load
 from planter.papers.planting.model import Device
 from planter.report.animation import animate, gif, pack_scene, show_object
 from planter.report.picture import draw_picture
 from planter.report.subject import open_machine
+from tests.support import own
 from tests.support.cli import answer, run
 
 
@@ -43,6 +44,15 @@ def test_a_widget_holds_the_picture_and_the_record(device: Device) -> None:
     assert planter.show("wang2017").record == widget.record
     with pytest.raises(InputError, match="one of exact, printed"):
         planter.show("wang2017", model="own")
+
+
+def test_mechanism_is_shown_as_the_device_is() -> None:
+    source = str(own.generated("slider_crank") / "slider_crank.toml")
+    widget = simulate(load_machine(source)).show()
+    assert widget.record["moments"] > 300
+    assert "slider in guide" in widget.picture
+    assert planter.show(source).record["chains"] == widget.record["chains"]
+    assert "planet" in simulate(load_machine("wang2017"), 16).show().picture
 
 
 def test_a_gif_moves_and_comes_back(device: Device) -> None:
