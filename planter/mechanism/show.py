@@ -69,7 +69,13 @@ class MechanismView:
         cycle = self._compute_cycle(values)
         axis = PlotAxis.from_cycle(cycle)
         scene = build_scene(
-            self.name, axis, cycle.seconds, cycle.columns, cycle.places, cycle.machine
+            self.name,
+            axis,
+            cycle.seconds,
+            cycle.columns,
+            cycle.places,
+            cycle.machine,
+            cycle.shapes,
         )
         if cycle.measured is not None:
             values_shown = cycle.measured.signal[select_frames(len(cycle.angles_deg))]
@@ -190,7 +196,9 @@ def build_scene(thing: object) -> Scene | None:
     if not isinstance(thing, MechanismCycle):
         return None
     axis, machine = PlotAxis.from_cycle(thing), thing.machine
-    return build_scene(machine.name, axis, thing.seconds, thing.columns, thing.places, machine)
+    return build_scene(
+        machine.name, axis, thing.seconds, thing.columns, thing.places, machine, thing.shapes
+    )
 
 
 def open_view(source: str, changes: Values) -> MechanismView:

@@ -59,6 +59,8 @@ def test_every_numeric_schema_key_is_explained() -> None:
 def test_every_model_symbol_is_explained() -> None:
     meanings = {(meaning.name, meaning.meaning) for meaning in dictionary.collect_meanings()}
     for name in generated.names():
+        if "loads" in generated.sidecar(name):  # loads are drawn, and have no names of their own
+            continue
         for vector in generated.sidecar(name).get("vectors", {}).values():
             for entry in vector if isinstance(vector, list) else ():
                 assert (entry["name"], entry["meaning"]) in meanings
