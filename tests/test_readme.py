@@ -18,7 +18,7 @@ TEXT, CHINESE = (
 )
 USE, TRIAL, INDEX, DEVICE = (
     (ROOT / "docs" / f"{name}.md").read_text(encoding="utf-8")
-    for name in ("use", "trial", "index", "device")
+    for name in ("use", "verdicts", "index", "device")
 )
 OTHERS = {"notebook.png", "front.png", "experiment.png"}
 """Pictures of a notebook in a browser, and of docs/studies, which no command draws."""

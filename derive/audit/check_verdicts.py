@@ -233,7 +233,7 @@ def draw_points(entry, names):
     """Yield the points of use of an entry, else random rational points of its ranges."""
     yield from ({n: _number(v) for n, v in values.items()} for values in entry["points"])
     source = random.Random(f"{entry['paper']} {entry['equation']}")
-    ends = {n: [*map(_number, entry["ranges"].get(n, ("1/5", "2")))] for n in names}
+    ends = {n: [*map(_number, entry["ranges"].get(n, ("1/5", "11/5")))] for n in names}
     wide = all((high - low) * 1000 > abs(low) + abs(high) for low, high in ends.values())
     _demand(wide or entry["points"], "random points are drawn from more than a point")
     for _ in range(0 if entry["points"] else TRIES):
@@ -286,13 +286,13 @@ def check_reading(entry):
     text = _define(text, entry, entry["through"])
     _demand(find_equality(text, entry["read"], plain), "readings do not lead to what was judged")
     _demand(not value_at(factor, Counter(names_in(factor))).contains(0), "a multiple of zero")
-    start, scaled = _residual(entry["start"], entry), f"({factor})*({entry['read']})"
+    start, scaled = _residual(entry["initial"], entry), f"({factor})*({entry['read']})"
     _demand(find_equality(start, scaled, plain), "what was corrected is not what was read")
 
 
 def _correct(entry, steps):
     """Return the side after corrections, of which each replaces one part, or symbols throughout."""
-    side, plain = entry["start"], {**entry, "direction": False, "definitions": []}
+    side, plain = entry["initial"], {**entry, "direction": False, "definitions": []}
     for step in steps:
         old, new, swaps = step["old"], step["new"], step["swaps"]
         words, readings = (Counter(re.findall(r"\w+", text)) for text in (old, new))
@@ -329,7 +329,7 @@ def check_missing(entry, readings, side):
     """Check that what is called missing stands in the print under no reading."""
     names = [*entry["definitions"], *entry["meaning_of_missing"]]
     sums = [" + ".join(["0", *(f"({t})" for t in entry[p])]) for p in ("missing", "unexplained")]
-    starts = [e["start"] for e in (entry, *readings) if e["solved"] == entry["solved"]]
+    starts = [e["initial"] for e in (entry, *readings) if e["solved"] == entry["solved"]]
     texts = [_define(text, entry, names) for text in (side, *sums, *starts)]
     ring = Ring(*texts)
     ratios = [evaluate_in(text, ring) for text in texts]

@@ -131,7 +131,7 @@ class HearingEvidence:
             "relations": [printed.relation, after, derived.relation],
             "flips": after != printed.relation,
             "where": "" if derived.where == sp.true else str(derived.where),
-            "start": str(self.start),
+            "initial": str(self.start),
             "solved": self.is_solved,
             "undivided": str(self.undivided),
             "multiple": str(multiple),

@@ -760,7 +760,7 @@ class Dynamics:
                 ):  # another law holds in part of the step
                     solver = begin(solver.t_old, at, inside[0] + resolution)
                     continue
-                end, dense = solver.t, solver.dense_output()
+                end = solver.t
                 if impact is not None:  # what else happens later in the step is found again
                     end, crossed = impact.time, crossed[: crossed.index(impact) + 1]
                     changed = [passage.event for passage in crossed]
@@ -769,9 +769,12 @@ class Dynamics:
                     after[len(self.event_names) :] = 0.0  # normal forces may be others after it
                 signs = after
                 passages += crossed
+                passed = times[len(states) :][times[len(states) :] <= end]
+                dense: Any = None
+                if len(passed) or impact is not None or steps is not None:
+                    dense = solver.dense_output()  # takes three evaluations
                 if steps is not None:
                     _add_step(steps, MotionStep(solver.t_old, end, dense, crossed), resolution)
-                passed = times[len(states) :][times[len(states) :] <= end]
                 states += [self.project(time, dense(time), share) for time in passed]
                 at = self.project(end, dense(end) if impact else solver.y, share)
                 if impact is not None:

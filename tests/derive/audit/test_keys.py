@@ -253,10 +253,9 @@ def test_reused_records_are_written_unchanged(monkeypatch: pytest.MonkeyPatch) -
     assert record.format_records(*parts) == committed
     typeset = (GENERATED / "audit_mathml.json").read_text(encoding="utf-8")
     typeset_records = json.loads(typeset)
-    assert (
-        record.format_typeset(record.index_records(content["equations"], typeset_records).values())
-        == typeset
-    )
+    evidence = json.loads((GENERATED / "verdicts.json").read_text(encoding="utf-8"))["records"]
+    indexed = record.index_records(content["equations"], typeset_records, evidence)
+    assert record.format_typeset(indexed.values()) == typeset
     titles = {case.paper.name: case.paper.reference for case in CASES.values()}
     written = verdicts.as_page(content["equations"], titles, content["laws"], content["references"])
     assert written == (GENERATED / "AUDIT.md").read_text(encoding="utf-8")

@@ -79,6 +79,7 @@ def test_equation_article_shows_all_findings() -> None:
         "claims": "x < y",
         "legibility": "printed",
         "verdict": "contradicted",
+        "grade": "at fault",
         "finding": "printed, but not derived: q",
         "correction": ["sign of F_A", "b for a"],
         "reading": "psi read as phi",
