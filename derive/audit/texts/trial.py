@@ -303,7 +303,8 @@ def _list_uses(case: Case) -> None:
     for number, place in printed.places.items():
         equation = equations[number]
         spellings = printed.list_footing(place.row).keys() & printed.uses.keys()
-        is_stated = not isinstance(equation.claims, Definition) and equation.residual != 0
+        says = equation.residual != 0 or place.row.defines is not None
+        is_stated = says and not isinstance(equation.claims, Definition) and not place.row.reason
         if spellings and is_stated and _vanishes(equation.residual, points):
             for spelling in spellings:
                 printed.uses[spelling].append(number)

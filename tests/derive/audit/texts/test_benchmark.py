@@ -177,12 +177,11 @@ def test_term_is_found_by_its_values(claims: TextClaims) -> None:
     by_name = {factor.label: factor.values for factor in factors}
     values = -1.5 * by_name["m_{s}"] * by_name[r"\dot{s}^2"] * by_name[r"\cos \beta"]
     assert find_products(claims, values)[0].split() == [
-        "-",
-        r"\frac{3}{2}",
-        r"\cos",
-        r"\beta",
+        r"-\frac{3}{2}",
         r"\dot{s}^2",
         "m_{s}",
+        r"\cos",
+        r"\beta",
     ]
     assert find_products(claims, values, (0, 1, 0)) == []
     assert find_products(claims, values * np.linspace(1, 1.001, len(values))) == []
