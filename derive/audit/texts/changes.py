@@ -289,7 +289,9 @@ def drop_fractions(printed: PrintedFormula) -> Iterator[LatexChange]:
                 )
                 if is_number and not operator:
                     text = printed.show(factor.start, factor.end)
-                    yield change_at(factor.start, factor.end, "", f"without {text}")
+                    blanks = re.compile(r"\s*").match(printed.latex, factor.end)
+                    end = factor.end if blanks is None else blanks.end()
+                    yield change_at(factor.start, end, "", f"without {text}")
 
 
 def turn_fractions(printed: PrintedFormula) -> Iterator[LatexChange]:

@@ -20,6 +20,8 @@ from .names import PointNames
 from .values import Scalar, VectorValue
 
 POWERS = (1, 2)
+_FUNCTION = re.compile(r"\\(?:sin|cos)\b")
+"""Factors that stand after names, as in print."""
 MOST_ANGLES = 4
 """Angles of which functions of two are tried."""
 MOST_NAMES = 60
@@ -41,9 +43,8 @@ class MonomialSearch:
         short ones first.
         """
         for number, factors in self._search.find(values, dimension):
-            functions = re.compile(r"\\(?:sin|cos)\b")  # stand after names, as in print
             labels = (factor.label for factor in factors)
-            spellings = sorted(labels, key=lambda label: (bool(functions.match(label)), label))
+            spellings = sorted(labels, key=lambda label: (bool(_FUNCTION.match(label)), label))
             yield " ".join(filter(None, (_format_number(number, bool(factors)), *spellings)))
 
 

@@ -402,9 +402,9 @@ def _find_meant(
 
     now = count_holding(names)
     failing = len(resting) - now
-    tried = [t for t in meanings if failing and (t not in names.quantities or failing > 1)]
-    changed = {text: names.with_meanings({spelling: text}) for text in {*tried, *named}}
-    gains = {text: count_holding(changed[text]) - now for text in tried}
+    candidates = [t for t in meanings if failing and (t not in names.quantities or failing > 1)]
+    changed = {text: names.with_meanings({spelling: text}) for text in {*candidates, *named}}
+    gains = {text: count_holding(changed[text]) - now for text in candidates}
     enough = {text: gain for text, gain in gains.items() if gain > (text in names.quantities)}
     best = max(enough.values(), default=0)
     if best > 0:
@@ -511,9 +511,9 @@ def _read_rows(document: TextDocument, names: StatedNames, table: NameTable) -> 
     rows = list_rows(document)
     in_row = [names.with_meanings(table.rows.get(row.number, {}).get("names", {})) for row in rows]
     entries = [read_row(row, some, document) for row, some in zip(rows, in_row, strict=True)]
-    known = 0
-    while known < len(names.abbreviations):
-        known = len(names.abbreviations)
+    count = 0
+    while count < len(names.abbreviations):
+        count = len(names.abbreviations)
         for index, entry in enumerate(entries):
             if entry.unknown is None or not in_row[index].is_known(entry.unknown):
                 continue

@@ -135,6 +135,11 @@ def test_answers_of_another_checker_are_scored_beside(corpus: Path, tmp_path: Pa
     scores = run_benchmark(corpus, 18, 0, path)["checkers"]["other"]["all"]
     assert (scores["detection"], scores["errata_found"], scores["exact_repair"]) == (1, 1, 0)
     assert scores["false_alarms"] == sum(":rewrite:" in claim["key"] for claim in first["claims"])
+    unnamed = first["checkers"]["planter without names"]["all"]
+    named = first["checkers"]["planter"]["all"]
+    assert unnamed["refused"] > named["refused"] == 0  # nothing says what v_C is
+    assert 0 < unnamed["detected"] < named["detected"] == named["slips"]
+    assert (unnamed["false_alarms"], unnamed["errata_found"]) == (0, 1)
     path.write_text('{"key": "x"}\n', encoding="utf-8")
     with pytest.raises(OwnError, match=r"other\.jsonl, line 1"):
         run_benchmark(corpus, 18, 0, path)

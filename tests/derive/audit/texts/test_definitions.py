@@ -152,9 +152,11 @@ def test_definition_that_mixes_units_is_an_error_of_the_text(tmp_path: Path, mix
     assert all("(1), which defines it, mixes units" in record["finding"] for record in records[1:])
 
 
-@pytest.mark.parametrize("own", [r"k = 3 + r", r"k = \cos\varphi + r", r"k = \sin(2 a)"])
-def test_pure_numbers_in_a_definition_may_stand_for_quantities(tmp_path: Path, own: str) -> None:
-    assert list_verdicts(tmp_path, own) == ["not judged"]
+@pytest.mark.parametrize("definition", [r"k = 3 + r", r"k = \cos\varphi + r", r"k = \sin(2 a)"])
+def test_pure_numbers_in_a_definition_may_stand_for_quantities(
+    tmp_path: Path, definition: str
+) -> None:
+    assert list_verdicts(tmp_path, definition) == ["not judged"]
 
 
 def test_definition_is_suspected_before_two_rows_that_rest_on_it(tmp_path: Path) -> None:
@@ -233,8 +235,8 @@ def test_second_statement_of_a_definition_is_repaired_to_it(tmp_path: Path) -> N
 
 
 def test_words_of_repairs_end_between_names() -> None:
-    shown = shorten_latex(r"r\,\omega\frac{\sin(\varphi-\beta)}{\cos\beta} + l\dot\beta\sin\beta")
-    assert shown == r"r\,\omega\frac{\sin(\varphi-\beta)}{\cos\beta} ..."
+    piece = shorten_latex(r"r\,\omega\frac{\sin(\varphi-\beta)}{\cos\beta} + l\dot\beta\sin\beta")
+    assert piece == r"r\,\omega\frac{\sin(\varphi-\beta)}{\cos\beta} ..."
     assert shorten_latex(r"F_{Ay}\cos\varphi - F_{Ax}\sin\varphi + m_r g") == (
         r"F_{Ay}\cos\varphi - F_{Ax} ..."
     )
