@@ -299,15 +299,22 @@ def _list_uses(case: Case) -> None:
     for row in printed.rows:
         if row.defines and isinstance(equations[row.row.number].claims, Definition):
             printed.uses[row.defines.spell()] = []
-    points = tuple(case.points)
-    for number, place in printed.places.items():
-        equation = equations[number]
-        spellings = printed.list_footing(place.row).keys() & printed.uses.keys()
-        says = equation.residual != 0 or place.row.defines is not None
-        is_stated = says and not isinstance(equation.claims, Definition) and not place.row.reason
-        if spellings and is_stated and _vanishes(equation.residual, points):
+    for row in printed.rows:
+        spellings = printed.list_footing(row).keys() & printed.uses.keys()
+        numbers = [number for number, place in printed.places.items() if place.row is row]
+        # of vectors and matrices all entries must hold: one says nothing of the others
+        if spellings and not row.reason and all(_is_sound(case, row, n) for n in numbers):
             for spelling in spellings:
-                printed.uses[spelling].append(number)
+                printed.uses[spelling].append(row.row.number)
+
+
+def _is_sound(case: Case, row: ReadRow, number: str) -> bool:
+    """Return whether an equation of a row states something of the mechanism, and it holds."""
+    equation = case.paper.equations[number]
+    is_empty = equation.residual == 0 and row.defines is None
+    if is_empty or isinstance(equation.claims, Definition):
+        return False
+    return _vanishes(equation.residual, case.points)
 
 
 def _test_definitions(case: Case) -> dict[str, str]:
