@@ -129,7 +129,7 @@ class ProgressPhase:
             self.total = self.done
             self.report(self.done)
 
-    def report_if_slow(self, best: float | None) -> None:
+    def report_if_slow(self, best: float | None, note: str = "") -> None:
         """Report again if the last report was `REPORT_INTERVAL` ago."""
         if time.perf_counter() - self._last > REPORT_INTERVAL:
-            self.report(self.done, best=best)
+            self.report(self.done, note, best)

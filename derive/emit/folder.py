@@ -142,6 +142,8 @@ def build_sidecar(system: System, functions: Sequence[Emitted]) -> str:
         "axes": system.axes,
         "meshes": system.meshes,
         "supports": system.supports,
+        "loads": system.loads,
+        "elements": system.elements,
         "inputs": _list_inputs(system),
         "begun": system.begun,
         "held": system.held_entries,

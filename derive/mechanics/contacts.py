@@ -15,6 +15,7 @@ from ..quantity import Quantity
 from .bodies import Body
 from .frames import Frame, Motion, Point, Vec, Z, displacement, unit, zero
 from .kinematics import Kinematics
+from .statement import Element
 
 
 @dataclass(frozen=True)
@@ -403,6 +404,9 @@ class Contacts(Kinematics):
         """
         mechanism, across = self.assembly, across or unit(self.world, Z)
         self.rollers[name] = on, cam, displacement(cam_axis, at, self.world)
+        axis, roller = (displacement(self.O, point, self.world) for point in (cam_axis, at))
+        mark = axis + Vec(cam.frame, (S.One, S.Zero, S.Zero)).resolved(self.world)
+        self.elements[name] = Element("cam", (axis, roller, mark))
         velocity = self.motion.relative_derivative(
             displacement(cam_axis, at, across.frame), cam.frame
         )

@@ -42,6 +42,7 @@ from .bodies import (
     virtual_works,
 )
 from .frames import Frame, Vec, Z, displacement
+from .free_bodies import StatedLoad, build_load_function
 from .statement import MechanismError, Statement, list_places, quantity
 
 LAW = "law_"
@@ -96,7 +97,7 @@ def _law(name: str, unit: str, meaning: str, vanishes: Expr) -> Let:
     return let(quantity(f"{LAW}{name}", unit, f"{meaning}{VANISHES}"), vanishes)
 
 
-FOLLOWERS = "followers"
+FOLLOWERS, ELEMENTS = "followers", "elements"
 
 
 @dataclass(frozen=True)
@@ -112,9 +113,9 @@ def derive_driven_motion(
     speed: Quantity,
     acceleration: Quantity | None,
     reported: Sequence[str | Quantity] | None,
-) -> tuple[Lane, tuple[ClosedForm, ...]]:
-    """The lane with what is reported (everything, unless told), and the functions that close its
-    loops.
+) -> tuple[Lane, tuple[ClosedForm, ...], list[StatedLoad]]:
+    """The lane with what is reported (everything, unless told), the functions that close its loops
+    and those of drawings, and the loads of which one of these is the function.
 
     Raises MechanismError, LoopError, ChainError or DimensionError where it cannot be derived.
     """
@@ -163,16 +164,26 @@ def derive_driven_motion(
         inputs,
         _point_sources(stated),
     )
+    element_functions = build_function(
+        ELEMENTS,
+        (s for name, e in stated.elements.items() for s in e.list_components(name, stated.axes)),
+        inputs,
+        _point_sources(stated),
+    )
     mesh_functions = build_function(
         MESHES, (s for mesh in find_meshes(stated) for s in mesh.lets()), inputs, steps
     )
     roller_functions = build_function(FOLLOWERS, roller_centres(stated, angle), inputs, steps)
-    return lane, (
+    load_functions, loads = build_load_function(stated, (angle, *data, *outputs))
+    functions = (
         *stated.loops.functions(angle, data, stated.named),
         *drawing_functions,
+        *element_functions,
         *mesh_functions,
         *roller_functions,
+        *load_functions,
     )
+    return lane, functions, loads
 
 
 def roller_centres(stated: Statement, angle: Quantity) -> Iterator[Let]:

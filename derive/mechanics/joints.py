@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
-from typing import TypeAlias
+from typing import Literal, TypeAlias
 
 import sympy as sp
 from sympy import Expr, S
@@ -16,7 +16,7 @@ from .bodies import AXES, SHAFT, Body, Part, Pin
 from .contacts import Contacts, GearContact, slope_by_turning, turning_rate
 from .frames import Axis, Frame, Point, Vec, X, Y, Z, displacement, unit, zero
 from .impact import creeping
-from .statement import MechanismError, to_triple
+from .statement import Element, MechanismError, to_triple
 
 Scalar: TypeAlias = Expr | float
 
@@ -289,6 +289,8 @@ class Joints(Contacts):
         self.assembly.act(
             name, on, by, at, normal * across, moment * unit(by.frame, Z), workless=True
         )
+        place = displacement(self.O, at, self.world)
+        self.elements[name] = Element("guide", (place, place + way.resolved(self.world)))
         if friction != 0:
             sliding, limit = self._sliding(name, by, at, way, origin), friction * sp.Abs(normal)
             if creep != 0:
@@ -339,6 +341,7 @@ class Joints(Contacts):
             name, "N", f"pull between {on} and {by}, which keeps the motion"
         )
         self.assembly.act(name, on, by, ends[0], (pull / long) * line)
+        self._draw_between("strut", name, ends)
         self.report(
             f"P_{name}",
             "W",
@@ -388,6 +391,7 @@ class Joints(Contacts):
             lambda distance, rate: stiffness * (distance - length) + damping * rate,
         )
         self.potentials.append(stiffness * (long - length) ** 2 / 2)
+        self._draw_between("spring", name, ends)
         return pull
 
     def strut(
@@ -431,7 +435,14 @@ class Joints(Contacts):
         self.motion.rates[long] = rate
         pull = self.name_(f"F_{name}", "N", f"pull of {name}", law(long, rate))
         self.force(name, on, ends[0], (pull / long) * line, by)
+        self._draw_between("strut", name, ends)
         return long, pull
+
+    def _draw_between(
+        self, kind: Literal["spring", "strut"], name: str, ends: tuple[Point, Point]
+    ) -> None:
+        first, second = (displacement(self.O, end, self.world) for end in ends)
+        self.elements[name] = Element(kind, (first, second))
 
     def bushing(
         self,

@@ -20,6 +20,7 @@ from ..quantity import (
     Quantity,
     dimension,
     quantities,
+    word,
 )
 from .bodies import AXES
 from .driven_motion import Sides, derive_driven_motion, derive_twin_lane
@@ -479,7 +480,7 @@ class Mechanism(Joints):
         """
         self.refuse_shared_names()
         if self.angle is not None and self.speed is not None:
-            lane, functions = derive_driven_motion(
+            lane, functions, loads = derive_driven_motion(
                 self, self.angle, self.speed, self.acceleration, reported
             )
             return System(
@@ -496,6 +497,8 @@ class Mechanism(Joints):
                     tag: (inner.name, outer.name) for tag, (inner, outer, _) in self.meshing.items()
                 },
                 supports=self.name_supports(lane.outputs.quantities),
+                loads=tuple(load.describe() for load in loads),
+                elements={word(name): e.kind for name, e in self.elements.items()},
             )
         functions, added_inertia = derive_free_motion(self, TIME, reported)
         return System(

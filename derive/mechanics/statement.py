@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from difflib import get_close_matches
+from typing import Literal
 
 import sympy as sp
 from sympy import Expr, S
@@ -18,6 +20,24 @@ from .loops import Loops
 
 class MechanismError(ValueError):
     """A mechanism is stated so that nothing can be derived from it."""
+
+
+@dataclass(frozen=True)
+class Element:
+    """Drawing between bodies: of a spring or strut its ``ends``, of a guide a point on it and
+    one a length of one farther along; of a cam its axis, the centre of its roller, and a point a
+    length of one from the axis that turns with it.
+    """
+
+    kind: Literal["spring", "strut", "guide", "cam"]
+    ends: tuple[Vec, ...]
+
+    def list_components(self, name: str, axes: Sequence[str]) -> Iterator[Let]:
+        """Yield ``NAME_x_1``, ``NAME_x_2`` and their like [m]."""
+        for number, end in enumerate(self.ends, 1):
+            for axis, component in zip(axes, end.components, strict=False):
+                meaning = f"end {number} of the {self.kind} {name}, {axis}"
+                yield let(quantity(f"{word(name)}_{axis}_{number}", "m", meaning), component)
 
 
 class Statement:
@@ -69,6 +89,7 @@ class Statement:
         self.pushing: list[Quantity] = []
         self.rollers: dict[str, tuple[Body, Body, Vec]] = {}
         self.turned: dict[str, tuple[str, str, Vec]] = {}
+        self.elements: dict[str, Element] = {}
 
     @property
     def axes(self) -> tuple[str, ...]:
@@ -316,7 +337,7 @@ class Statement:
         self.reactive[f"slip_{name}"] = f"R_{name}"
 
     def impact(self, name: str, gap: Expr, restitution: Expr | float) -> None:
-        """Keep an expression of coordinates positive by impacts: an end stop, a floor, a hammer on
+        r"""Keep an expression of coordinates positive by impacts: an end stop, a floor, a hammer on
         its anvil.
 
         Where ``gap`` [m] closes, at the event ``impact of name``, all rates jump at once so that the

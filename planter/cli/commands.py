@@ -396,6 +396,10 @@ def diff(
         present_comparison(compare_machines(machines, options)).show(console, out)
 
 
+DRAWN_DEG = 50.0
+"""Angle of the drive at which bodies are cut free unless another one is named."""
+
+
 @app.command()
 @writes_files("summary.json", "symbols.csv", "report.html")
 def explain(
@@ -411,6 +415,18 @@ def explain(
         str | None,
         typer.Argument(help="with a machine: a symbol or key of it alone", show_default=False),
     ] = None,
+    bodies: Annotated[
+        bool,
+        typer.Option("--bodies", help="cut each body of a machine free, with its forces"),
+    ] = False,
+    at: Annotated[
+        float | None,
+        typer.Option(
+            "--at",
+            help="with --bodies: angle of the drive [deg]; 50 by default",
+            show_default=False,
+        ),
+    ] = None,
     out: OutOption = None,
     set_: SetOption = None,
     as_json: JsonOption = False,
@@ -418,13 +434,25 @@ def explain(
     """Explain a symbol or a key: meaning, unit, source.
 
     Of a machine, every value with its bounds, every quantity, and the functions; `--out` writes
-    its drawings with the symbols on them: `planter about explain wang2017 --out drawn`.
+    its drawings with the symbols on them: `planter about explain wang2017 --out drawn`. With
+    `--bodies` free-body diagrams: `planter about explain wang2017 --bodies --at 40 --out bodies`.
     """
     console = Console(as_json)
     with console.outcome():
         from planter.cli import dictionary, explanation
         from planter.files.examples import find_kind
 
+        if bodies:
+            from planter.cli.free_bodies import cut_bodies, present_bodies
+
+            if name is None or key is not None:
+                raise InputError(
+                    "--bodies: name one machine, as `planter about explain wang2017 --bodies`"
+                )
+            cut = cut_bodies(name, parse_changes(set_), DRAWN_DEG if at is None else at)
+            present_bodies(cut, out is not None).show(console, out)
+            return
+        refuse_unused("without --bodies", "--at")
         if name is None:
             refuse_unused("without a NAME", "--out", "--set")
             names = dictionary.list_names()

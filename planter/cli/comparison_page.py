@@ -4,6 +4,7 @@ differences.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
@@ -16,7 +17,9 @@ from planter.cli.machine_comparison import (
     MARGIN,
     DesignComparison,
     find_objective_owner,
+    find_violations,
     list_main_results,
+    list_verdicts,
 )
 from planter.cli.results import (
     ComparedCurve,
@@ -28,7 +31,12 @@ from planter.engine.summary import ROUNDING
 from planter.kernels import Array
 from planter.report import files
 from planter.report.html import Cell, KeyFigure, MarkupCell, Section, Table, Text, escape_markup
-from planter.report.presentation import ResultPresentation
+from planter.report.presentation import (
+    MOST_KEY_FIGURES,
+    ResultPresentation,
+    describe_failure,
+    shorten_failures,
+)
 from planter.report.style import Panel, draw_panels
 
 if TYPE_CHECKING:
@@ -37,6 +45,8 @@ if TYPE_CHECKING:
 
 MOST_LOADS = 12
 """Forces, torques and powers in the main table; the page has all results that differ."""
+MOST_VALUES = 20
+"""Values that differ in the main part of the page."""
 SEARCH = ("bounds.", "genetic_algorithm.")
 """Sections of files that concern the search alone, whose values only the page has."""
 EXACT = (
@@ -65,6 +75,7 @@ def present_comparison(comparison: DesignComparison) -> ResultPresentation:
     return ResultPresentation(
         title=f"Comparison: {', '.join(names)}",
         conclusion=describe_comparison(comparison),
+        failures=_list_failures(comparison),
         key_figures=list(_list_key_figures(comparison)),
         record=result,
         sections=list(_list_sections(comparison)),
@@ -94,46 +105,90 @@ def describe_comparison(comparison: DesignComparison) -> str:
             f"{letter} {_number(value)}"
             for letter, value in zip(letters, objective.values, strict=True)
         )
-        best = (
-            "no machine is best"
-            if objective.better is None
-            else f"{letters[objective.better]} is best"
-        )
+        violated = find_violations(comparison)
+        best = _describe_best(objective, letters, [bool(names) for names in violated])
         owner = letters[comparison.designs.index(find_objective_owner(comparison.designs))]
         sentences.append(f"Objective of {owner}'s file: {parts}; {best}.")
     if result.requirements:
-        total = len(result.requirements)
-        met = [sum(row.met[k] is True for row in result.requirements) for k in range(len(letters))]
-        other = [
-            sum(row.met[k] is None for row in result.requirements) for k in range(len(letters))
-        ]
-        notes = [f" ({number} do not apply)" if number else "" for number in other]
+        verdicts = list_verdicts(comparison)
+        counts = [Counter(row.values()) for row in verdicts]
+        notes = [f" ({count[None]} do not apply)" if count[None] else "" for count in counts]
         parts = ", ".join(
-            f"{letter} {number}{note}"
-            for letter, number, note in zip(letters, met, notes, strict=True)
+            f"{letter} {count[True]}{note}"
+            for letter, count, note in zip(letters, counts, notes, strict=True)
         )
-        sentences.append(f"Requirements that are satisfied, of {total}: {parts}.")
+        sentences.append(f"Requirements that are satisfied, of {len(verdicts[0])}: {parts}.")
     return " ".join(sentences)
 
 
-def _list_key_figures(comparison: DesignComparison) -> Iterator[KeyFigure]:
-    """Yield the change of the objective or the first other result, satisfied requirements, and
-    changed values.
+def _describe_best(
+    objective: ComparedResult, letters: Sequence[str], violates: Sequence[bool]
+) -> str:
+    """Return which machine has the best objective among those that satisfy all requirements."""
+    allowed = [k for k, fails in enumerate(violates) if not fails]
+    if not allowed:
+        return "none of them satisfies all requirements, so none is best"
+    values = {k: objective.values[k] for k in allowed}
+    numbers = {k: value for k, value in values.items() if value is not None}
+    if len(allowed) == len(letters):
+        better = objective.better
+        return "no machine is best" if better is None else f"{letters[better]} is best"
+    names = ", ".join(letters[k] for k in range(len(letters)) if violates[k])
+    verb = "violates" if sum(violates) == 1 else "violate"
+    if not numbers:
+        return f"{names} {verb} requirements"
+    best = min(numbers, key=lambda k: numbers[k])
+    among = " of those that satisfy all requirements" if len(allowed) > 1 else ""
+    sole = "" if among else ", which alone satisfies all requirements,"
+    return f"{letters[best]}{sole} is best{among}; {names} {verb} requirements"
+
+
+def _list_failures(comparison: DesignComparison) -> list[str]:
+    """Return a sentence for each requirement that a machine violates, with its value, those of the
+    first machine first.
     """
+    stated = {name: k for k, names in enumerate(find_violations(comparison)) for name in names}
+    failures = []
+    for k, design in enumerate(comparison.designs):
+        for row in comparison.result.requirements if stated else ():
+            if row.met[k] is False:
+                name, _, _ = row.limit_on.rpartition(" >= ")
+                upper, _, _ = row.limit_on.rpartition(" <= ")
+                limit = (row.limit, None) if name else (None, row.limit)
+                check = design.checks.get(name or upper)
+                angle = check.phi_deg if check is not None else None
+                words = f"{comparison.letters[k]}, {(check and check.label) or name or upper},"
+                place = "" if angle is None else f"{angle:.4g} deg"
+                failures.append(describe_failure(words, row.values[k], limit, row.unit, place))
+    return shorten_failures(failures)
+
+
+def _list_key_figures(comparison: DesignComparison) -> Iterator[KeyFigure]:
+    """Yield the change of the objective, satisfied requirements, and the largest change of a load."""
     result, last = comparison.result, comparison.letters[-1]
     main = list_main_results(comparison, MOST_LOADS)
-    changed = next((row for row in main if row.difference[-1] and row.values[0]), None)
-    if changed is not None:
-        share = _find_share(changed.values[0], changed.difference[-1]) or 0.0
-        percent = f"{share:+.3g} %".replace("-", "\N{MINUS SIGN}")
-        words, _ = _describe_result(comparison, changed.name)
-        yield KeyFigure(percent, "", f"{words}, {last} against A")
+    changed = [row for row in main if row.difference[-1] and row.values[0]]
+    figures = [_describe_change(comparison, row) for row in changed]
     if result.requirements:
-        met = sum(row.met[-1] is True for row in result.requirements)
-        yield KeyFigure(
-            f"{met} of {len(result.requirements)}", "", f"requirements satisfied by {last}"
-        )
-    yield KeyFigure(str(len(result.values)), "", "values of the files differ")
+        verdicts = list_verdicts(comparison)[-1]
+        met = sum(is_met is True for is_met in verdicts.values())
+        count = KeyFigure(f"{met} of {len(verdicts)}", "", f"requirements satisfied by {last}")
+        figures.insert(1, count)
+    yield from figures[:MOST_KEY_FIGURES]
+
+
+def _describe_change(comparison: DesignComparison, row: ComparedResult) -> KeyFigure:
+    """Return the change of a result of the last machine against the first."""
+    last = comparison.letters[-1]
+    share = _find_share(row.values[0], row.difference[-1]) or 0.0
+    percent = f"{share:+.3g} %".replace("-", "\N{MINUS SIGN}")
+    words, _ = _describe_result(comparison, row.name)
+    values = f"A {_shorten(row.values[0])}, {last} {_shorten(row.values[-1])} {row.unit}".rstrip()
+    return KeyFigure(percent, "", f"{words}: {values}")
+
+
+def _shorten(value: float | None) -> str:
+    return "-" if value is None else f"{value:.4g}"
 
 
 def _number(value: float | None) -> str:
@@ -143,13 +198,14 @@ def _number(value: float | None) -> str:
 def _list_sections(comparison: DesignComparison) -> Iterator[Section]:
     result, letters = comparison.result, comparison.letters
     main = list_main_results(comparison, MOST_LOADS)
-    if main:
-        yield Section("Results", [_tabulate_results(comparison, main), Text(EXACT, "note")])
     if result.requirements:
         yield Section("Requirements", [_tabulate_requirements(comparison)])
+    if main:
+        yield Section("Results", [_tabulate_results(comparison, main), Text(EXACT, "note")])
     rows = [row for row in result.values if not row.name.startswith(SEARCH)]
     if rows:
-        yield Section("Values that differ", [_tabulate_values(rows, letters)])
+        table = _tabulate_values(rows, letters)
+        yield Section("Values that differ", [table], detail=len(rows) > MOST_VALUES)
 
 
 def _tabulate_values(rows: Sequence[ComparedValue], letters: Sequence[str]) -> Table:

@@ -167,8 +167,10 @@ def find_display_key(entry: Mapping[str, str]) -> str | None:
 
 def _list_entries(sidecar: Mapping[str, Any]) -> Iterator[Mapping[str, str]]:
     """Yield the quantities of all vectors and parameters; of vectors with open length the declared
-    ones.
+    ones. Those of loads on bodies have no names of their own.
     """
+    if "loads" in sidecar:
+        return
     vectors = sidecar.get("vectors", {})
     for vector in (*vectors.values(), sidecar.get("parameters", ())):
         yield from vector if isinstance(vector, Sequence) else vector["known"].values()

@@ -46,11 +46,13 @@ SAMPLES = 360
 """Angles of a cycle at which curves are compared."""
 LETTERS = ascii_uppercase
 """Names of the machines in tables and figures, in order."""
-UNCOMPARED = ("name", "description", "origin")
+UNCOMPARED = ("name", "description", "origin", "folder")
 """Keys of files that say nothing about a machine."""
 MARGIN = "margin of "
 """Beginning of the names of results that are margins of requirements."""
 STATISTICS: tuple[Kind, ...] = ("max", "min", "mean", "rms")
+LOAD_UNITS = ("N", "N m", "W")
+"""Units of forces, torques and powers."""
 MOST_CURVES = 4
 """Curves that are compared if neither an objective, nor limits, nor a motor say which."""
 
@@ -461,8 +463,8 @@ def _share(first: Array, other: Array) -> float:
 
 
 def list_main_results(comparison: DesignComparison, count: int) -> list[ComparedResult]:
-    """Return the objective with its terms, then `count` loads, those that change most in their own
-    size first.
+    """Return the objective with its terms, then `count` loads that change, those first whose change
+    is largest against the largest load of their unit.
     """
     results = comparison.result.results
     stated = len(find_objective_owner(comparison.designs).machine.objective)
@@ -470,19 +472,47 @@ def list_main_results(comparison: DesignComparison, count: int) -> list[Compared
     loads = [
         row
         for row in results[len(first) :]
-        if row.unit in ("N", "N m", "W") and any(row.difference)
+        if row.unit in LOAD_UNITS and not row.name.startswith(MARGIN)
     ]
-    loads = [row for row in loads if not row.name.startswith(MARGIN)]
-    return [*first, *sorted(loads, key=_largest_share, reverse=True)[:count]]
+    sizes = {unit: _find_largest([r for r in loads if r.unit == unit]) for unit in LOAD_UNITS}
+    changed = [row for row in loads if any(row.difference)]
+    changed.sort(key=lambda row: _find_change(row) / (sizes[row.unit] or 1.0), reverse=True)
+    return [*first, *changed[:count]]
 
 
-def _largest_share(row: ComparedResult) -> float:
-    """Return the largest difference as a share of the larger size of both values."""
-    first = abs(row.values[0] or 0.0)
-    pairs = zip(row.values[1:], row.difference, strict=True)
-    shares = [
-        abs(d) / (max(first, abs(value)) or 1.0)
-        for value, d in pairs
-        if value is not None and d is not None
+def _find_largest(rows: Sequence[ComparedResult]) -> float:
+    """Return the largest size of the values of rows."""
+    return max((abs(value) for row in rows for value in row.values if value is not None), default=0)
+
+
+def _find_change(row: ComparedResult) -> float:
+    """Return the size of the largest difference of a row."""
+    return max(abs(difference or 0.0) for difference in row.difference)
+
+
+def find_violations(comparison: DesignComparison) -> list[list[str]]:
+    """Return the names of the requirements that each machine violates: of its own file's, which may
+    limit a value on both sides, and of limits.
+    """
+    return [
+        [name for name, is_met in verdicts.items() if is_met is False]
+        for verdicts in list_verdicts(comparison)
     ]
-    return max(shares, default=0.0)
+
+
+def list_verdicts(comparison: DesignComparison) -> list[dict[str, bool | None]]:
+    """Return whether each machine satisfies each requirement, by name, None if it does not apply.
+
+    A requirement of files with limits on both sides is one, as in all results of one machine.
+    """
+    stated = list(dict.fromkeys(n for design in comparison.designs for n in design.checks))
+    verdicts: list[dict[str, bool | None]] = [{} for _ in comparison.designs]
+    for row in comparison.result.requirements:
+        for k, is_met in enumerate(row.met):
+            name = next((n for n in stated if row.limit_on.startswith(f"{n} ")), row.limit_on)
+            verdicts[k][name] = _join_verdicts(verdicts[k].get(name, is_met), is_met)
+    return verdicts
+
+
+def _join_verdicts(first: bool | None, second: bool | None) -> bool | None:
+    return None if first is None or second is None else first and second

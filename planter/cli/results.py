@@ -258,6 +258,42 @@ class ExplainedMachine(Record):
 
 
 @dataclass(frozen=True)
+class BodyLoadFound(Record):
+    """A force and a moment on a body at a point, along the axes x, y, z of the world; `by` is null
+    for weight and inertia.
+    """
+
+    name: str
+    by: str | None
+    at: str
+    place_mm: list[float]
+    force_N: list[float]
+    moment_Nm: list[float]
+
+
+@dataclass(frozen=True)
+class FreeBodyFound(Record):
+    """A body that is cut free, with its loads and their sums, moments about the place of the first."""
+
+    name: str
+    loads: list[BodyLoadFound]
+    force_sum_N: list[float]
+    moment_sum_Nm: list[float]
+
+
+@dataclass(frozen=True)
+class FreeBodiesFound(Record):
+    """`planter about explain MACHINE --bodies --at DEG`: all bodies with their loads; `files` were written
+    by `--out`.
+    """
+
+    machine: str
+    at_deg: float
+    bodies: list[FreeBodyFound]
+    files: list[str]
+
+
+@dataclass(frozen=True)
 class KernelFound(Record):
     """A function of the built-in machine, the way it is evaluated, and whether it is compiled."""
 
@@ -324,7 +360,7 @@ COMMANDS = {
     "about cite": Citations | Citable,
     "prove": ProofCheck,
     "diff": MachineComparison,
-    "about explain": Explained | KnownNames | ExplainedMachine,
+    "about explain": Explained | KnownNames | ExplainedMachine | FreeBodiesFound,
     "about doctor": Examination,
     "about bench": Benchmark,
 }

@@ -83,7 +83,7 @@ TEMPLATES = {
         ("planter design synthesise {file} --out linkage",),
     ),
     "measured-curve": Template(
-        "a measured force over a turn, to estimate inputs of a machine by",
+        "a measured force over a turn, from which inputs are estimated",
         "measured_curve.csv",
         "measured_curve.csv",
         (

@@ -5,12 +5,17 @@ smooth near one.
 from __future__ import annotations
 
 import itertools
+from collections.abc import Sequence
 
 import numpy as np
 
 from planter.engine.goal import Goal, find_display_unit
 from planter.engine.measures import Limit
-from planter.engine.solvers.constraints import Constraints, NamedConstraint
+from planter.engine.solvers.constraints import (
+    ConstraintReading,
+    Constraints,
+    NamedConstraint,
+)
 from planter.engine.solvers.joined import JoinedObjective
 from planter.engine.solvers.objective import LocalModel, evaluate_summary, find_gradient
 from planter.kernels import Array, Integers
@@ -63,6 +68,15 @@ class MeasureLimits(Constraints):
             for limited in self.goal.limited
         ]
         return np.array(values) / self.steps
+
+    def read(self, x: Array) -> Sequence[ConstraintReading | None]:
+        """Return the limits' values at a design x (p,), None where a condition never holds."""
+        values = [self.goal.evaluate_limit(x, limit) for limit in self.goal.limits]
+        keys = [f"{limit.measure} {'<=' if limit.sign > 0 else '>='}" for limit in self.goal.limits]
+        return [
+            None if value is None else ConstraintReading(value, limit.number, key, limit.sign)
+            for limit, value, key in zip(self.goal.limits, values, keys, strict=True)
+        ]
 
     def slopes(self, x: Array) -> Array:
         """Return their gradients (k, p)."""

@@ -5,19 +5,31 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from planter import errors
-from planter.engine.goal import find_display_unit
+from planter.engine.infeasibility import Infeasibility, explain_infeasibility
 from planter.engine.problem import DesignProblem
 from planter.engine.sections import DEFAULT_GENETIC
 from planter.engine.solvers.constraints import FEASIBILITY_TOLERANCE
 from planter.engine.solvers.curve_sum import Sampling
-from planter.engine.solvers.local_search import DEFAULT_STARTS, Descent, SearchRecord, run_search
+from planter.engine.solvers.feasibility import (
+    ViolationMinimum,
+    relax_single_kind,
+    select_smallest_violation,
+)
+from planter.engine.solvers.local_search import (
+    DEFAULT_STARTS,
+    Approach,
+    Descent,
+    SearchRecord,
+    run_search,
+)
 from planter.engine.solvers.optimiser import METHODS, GeneticSettings, Method, OptimiserRun
 from planter.engine.solvers.result import NoFeasiblePointError, OptimiserResult
+from planter.engine.wider import search_wider
 from planter.errors import ComputationError, InputError
 from planter.kernels import Array
 from planter.progress import Listener, Progress
@@ -35,8 +47,8 @@ class CandidateDesign:
     one.
 
     `objective` is None where only the constraints were evaluated, `violation` the largest one in
-    steps; of a search that has ended, `violated` names that constraint. `seconds` is how long the
-    search has run.
+    steps; of a search that has ended, `violated` names that constraint, and `closest` has the
+    violation of each. `seconds` is how long the search has run.
     """
 
     x: Array
@@ -44,6 +56,7 @@ class CandidateDesign:
     violation: float
     seconds: float
     violated: str | None = None
+    closest: ViolationMinimum | None = None
 
     @property
     def is_feasible(self) -> bool:
@@ -93,14 +106,20 @@ class InterruptedSearch(errors.Interrupted):
 
 class FailedSearchError(ComputationError):
     """A search ended without a result; `candidate` is the best or closest design, None if none
-    could be evaluated.
+    could be evaluated, and `infeasibility` what stands in the way of a feasible one, if that is the
+    reason.
     """
 
     name = "ComputationError"
 
-    def __init__(self, reason: str, candidate: CandidateDesign | None) -> None:
+    def __init__(
+        self,
+        reason: str,
+        candidate: CandidateDesign | None,
+        infeasibility: Infeasibility | None = None,
+    ) -> None:
         super().__init__(reason)
-        self.candidate = candidate
+        self.candidate, self.infeasibility = candidate, infeasibility
 
 
 def minimise(
@@ -120,7 +139,7 @@ def minimise(
     without a result. `means` says what runs the descents, whose results do not depend on it;
     workers take those of a task, whose jobs are points. Raises InputError for an unknown method,
     FailedSearchError if no start leads to a design that satisfies the limits, and InterruptedSearch
-    on KeyboardInterrupt.
+    on KeyboardInterrupt. If bounds are active, the result says what wider ones would bring.
     """
     if spec.method not in METHODS:
         raise InputError(f"method = {spec.method!r}: choose one of {', '.join(METHODS)}")
@@ -128,21 +147,36 @@ def minimise(
     keeper = _Keeper(problem, search, keep, listener)
     search.progress = keeper
     try:
-        return _build_optimum(problem, search.run(spec.method, feasible))
-    except ComputationError as error:
-        points = error.points if isinstance(error, NoFeasiblePointError) else ()
-        candidate = keeper.finish(points)
-        is_infeasible = candidate is not None and not candidate.is_feasible
-        reason = (
-            _describe_infeasibility(problem, spec, candidate)
-            if candidate and is_infeasible
-            else error.message
-        )
-        raise FailedSearchError(reason, candidate) from None
+        return _run(problem, search, keeper, spec, feasible)
     except KeyboardInterrupt:
-        result = search.so_far(spec.method)
-        best = None if result is None else _build_optimum(problem, result)
+        partial = search.so_far(spec.method)
+        best = None if partial is None else _build_optimum(problem, partial)
         raise InterruptedSearch(best, None if best is not None else keeper.finish(())) from None
+
+
+def _run(
+    problem: DesignProblem,
+    search: OptimiserRun,
+    keeper: _Keeper,
+    spec: SearchSpec,
+    feasible: Sequence[Array],
+) -> DesignOptimum:
+    """Return the optimum of a search. Raises FailedSearchError as `minimise`."""
+    try:
+        result = search.run(spec.method, feasible)
+    except NoFeasiblePointError as error:
+        if not search.violations or problem.constraints is None:
+            raise FailedSearchError(error.message, keeper.finish(error.points)) from None
+        smallest = select_smallest_violation(search.violations)
+        closest = relax_single_kind(search.ipopt, problem.constraints, smallest)
+        candidate = keeper.finish([closest.u])
+        infeasibility = explain_infeasibility(problem, closest, spec.starts)
+        if candidate is not None:
+            candidate = replace(candidate, closest=closest)
+        raise FailedSearchError(str(infeasibility), candidate, infeasibility) from None
+    except ComputationError as error:
+        raise FailedSearchError(error.message, keeper.finish(())) from None
+    return _build_optimum(problem, replace(result, wider=search_wider(problem, result)))
 
 
 def _build_optimum(problem: DesignProblem, result: OptimiserResult) -> DesignOptimum:
@@ -178,13 +212,13 @@ class _Keeper:
             self._listener(step)
 
     def finish(self, points: Sequence[Array]) -> CandidateDesign | None:
-        """Hand over and return the best design of all, points (p,) included, None if there is
-        none.
+        """Hand over and return the best design of all; without a feasible one the closest of
+        `points` (p,), if there are any. None if there is none.
         """
         met = self._list_met()
         designs = [design for design in met if design.is_feasible]
         if not designs:
-            places = [*(design.x for design in met), *map(self._problem.design, points)]
+            places = [self._problem.design(u) for u in points] or [design.x for design in met]
             designs = [
                 design for design in map(self._evaluate, places) if design is not None
             ] or met
@@ -226,29 +260,6 @@ class _Keeper:
         return CandidateDesign(x, objective, violation, seconds, name)
 
 
-def prepare_descents(problem: DesignProblem) -> Callable[[Descent], SearchRecord]:
-    """Return the function that descends on a problem: the job of a worker."""
-    return lambda descent: run_search(problem, descent)
-
-
-def _describe_infeasibility(
-    problem: DesignProblem, spec: SearchSpec, candidate: CandidateDesign
-) -> str:
-    """Return which limit the closest design violates most, and the attempts: not that there is no
-    other design.
-    """
-    limit = next((limit for limit in problem.goal.limits if str(limit) == candidate.violated), None)
-    value = None if limit is None else problem.goal.evaluate_limit(candidate.x, limit)
-    unit = "" if limit is None else find_display_unit(problem.goal.machine, limit.measure).text
-    reached = (
-        "" if value is None else f"; the closest design reaches {f'{value:.6g} {unit}'.rstrip()}"
-    )
-    count = f"{spec.starts} start{'s' if spec.starts > 1 else ''}"
-    local = f"local searches from {count}"
-    both = f"the genetic algorithm and {local}"
-    method = {"ga": "the genetic algorithm", "hybrid": both}.get(spec.method, local)
-    return (
-        f"no design that satisfies {candidate.violated} was found within the bounds by {method} "
-        f"with "
-        f"seed {spec.seed}{reached}; more --starts may find one, or relax the limit or the bounds"
-    )
+def prepare_descents(problem: DesignProblem) -> Callable[[Descent | Approach], SearchRecord]:
+    """Return the function that searches on a problem: the job of a worker."""
+    return lambda job: run_search(problem, job)

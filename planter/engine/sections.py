@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
@@ -15,6 +15,8 @@ from planter.files.fields import FileSection, Line, Probability, Share, Whole
 
 HOLD = "requirements.hold"
 """Path of the limits in files."""
+LEAST = "objective.least"
+"""Path of the sum of measures in files."""
 HOLD_MEANING = (
     "limits on measures of the cycle, such as 'abs F_Ax <= 300 N': every search satisfies them"
 )
@@ -67,6 +69,9 @@ class GeneticAlgorithm(FileSection):
     """probability that a pair of parents is crossed"""
     mutation_probability: Probability
     """probability that a bit is flipped"""
+    selection: Literal["tournament", "ranking"] | None = None
+    """how parents are chosen: "tournament" of two, the default, or "ranking", linear ranks with
+    stochastic universal sampling"""
 
 
 DEFAULT_GENETIC = GeneticAlgorithm(

@@ -5,7 +5,7 @@ import re
 from collections.abc import Iterable, Iterator, Mapping
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, Self, get_args
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NamedTuple, Self, get_args
 
 from pydantic import (
     BaseModel,
@@ -165,6 +165,9 @@ class Document(FileSection):
     """a sentence on the machine"""
     if TYPE_CHECKING:
         origins: Origins
+
+    states_goals: ClassVar[bool] = False
+    """Whether files of this kind may have objective.least and requirements.hold."""
 
     _source: str = PrivateAttr(default="machine")
     _changed: tuple[str, ...] = PrivateAttr(default=())

@@ -86,20 +86,20 @@ def present_gears(result: GearsFound) -> ResultPresentation:
     if result.intermittent:
         sections += _describe_intermittent(result.intermittent)
     if result.scaled:
-        sections.append(Section("Effect of the scaling", list(_describe_scaling(result.scaled))))
+        blocks = list(_describe_scaling(result.scaled))
+        sections.append(Section("Effect of the scaling", blocks, detail=True))
     if result.friction:
-        sections.append(
-            Section("Friction of the teeth over a turn", _describe_friction(result.friction))
-        )
+        blocks = _describe_friction(result.friction)
+        sections.append(Section("Friction of the teeth over a turn", blocks, detail=True))
     if result.files:
-        sections.append(
-            Section("Files", [Text(f"{count_things(len(result.files), 'file')} written.")])
-        )
+        text = Text(f"{count_things(len(result.files), 'file')} written.")
+        sections.append(Section("Files", [text], detail=True))
     prefixes = ("", *(f"stage{stage.stage}_" for stage in result.stages))
     return ResultPresentation(
         title=f"Gears of {result.machine}",
         record=result,
         conclusion=_conclude(result),
+        failures=_list_failures(result),
         key_figures=list(_list_key_figures(result)),
         sections=sections,
         captions={
@@ -111,24 +111,35 @@ def present_gears(result: GearsFound) -> ResultPresentation:
     )
 
 
+def _list_failures(result: GearsFound) -> list[str]:
+    """Return what keeps the gears from running: undercut, teeth that overlap, contact that ends."""
+    failures = []
+    for stage in result.stages:
+        names = " and ".join(gear.name for gear in stage.gears)
+        if stage.contact_ratio.min < 1:
+            ratio = f"{stage.contact_ratio.min:.3f}"
+            failures.append(f"Fails: the contact ratio of {names} falls to {ratio}, below 1.")
+        if stage.overlap_mm2 > OVERLAP_ROUNDING:
+            overlap = f"{stage.overlap_mm2:.3g} mm2"
+            failures.append(f"Fails: teeth of {names} overlap by up to {overlap}.")
+    undercut = [gear for stage in result.stages for gear in stage.gears if gear.undercut]
+    if undercut:
+        names = ", ".join(f"{gear.name} on {len(gear.undercut)} flanks" for gear in undercut)
+        failures.append(f"Fails: undercut: {names}.")
+    return failures
+
+
 def _conclude(result: GearsFound) -> str:
-    """Return whether teeth are undercut, the least contact ratio, and whether teeth overlap."""
+    """Return the least contact ratio, and that neither undercut nor overlap is there, if so."""
     gears = [gear for stage in result.stages for gear in stage.gears]
     if not gears:
         return f"{result.machine} has an intermittent pair of gears."
-    undercut = [gear.name for gear in gears if gear.undercut]
     ratio = min(stage.contact_ratio.min for stage in result.stages)
-    overlap = max(stage.overlap_mm2 for stage in result.stages)
-    teeth = (
-        f"undercut: {', '.join(undercut)}"
-        if undercut
-        else f"none of {len(gears)} gears is undercut"
-    )
-    meets = (
-        f"teeth overlap by up to {overlap:.3g} mm2"
-        if overlap > OVERLAP_ROUNDING
-        else "no teeth overlap"
-    )
+    parts = [f"The contact ratio is at least {ratio:.3f}"]
+    if not any(gear.undercut for gear in gears):
+        parts.append(f"none of {len(gears)} gears is undercut")
+    if max(stage.overlap_mm2 for stage in result.stages) <= OVERLAP_ROUNDING:
+        parts.append("no teeth overlap")
     turns = [
         f" The {first.name} turns {stage.z[1] / stage.z[0]:.6g} times in a turn of the "
         f"{second.name}."
@@ -136,7 +147,7 @@ def _conclude(result: GearsFound) -> str:
         for first, second in [stage.gears]
         if stage.z[0] != stage.z[1]
     ]
-    return f"The contact ratio is at least {ratio:.3f}; {teeth}; {meets}.{''.join(turns)}"
+    return f"{'; '.join(parts)}.{''.join(turns)}"
 
 
 def _list_key_figures(result: GearsFound) -> Iterator[KeyFigure]:

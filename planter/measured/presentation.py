@@ -17,6 +17,7 @@ from planter.measured.curve import MeasuredCurve, find_measured, is_nuisance
 from planter.measured.explanations import ExplanationFits
 from planter.measured.findings import (
     ExplanationFound,
+    FittedInput,
     MeasuredFound,
     MeasuredPreview,
     Outcome,
@@ -29,9 +30,13 @@ from planter.measured.reading import (
 from planter.measured.section import SECTION, MeasurementSection
 from planter.numerics.arrays import TURN
 from planter.report import files, style
-from planter.report.html import Block, Cell, Folded, Items, Keys, Section, Table
+from planter.report.html import Block, Cell, Folded, Items, KeyFigure, Keys, Section, Table
 from planter.report.labels import format_name, tabulate_records
-from planter.report.presentation import ResultPresentation, list_warning_sections
+from planter.report.presentation import (
+    MOST_KEY_FIGURES,
+    ResultPresentation,
+    list_warning_sections,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -98,7 +103,8 @@ def present_fit(
     result = calibrated.result
     return ResultPresentation(
         title=f"{document.name}, fitted to measured data",
-        conclusion=f"{result.statement}.",
+        **_state(result.statement, result.outcome == REFUTED),
+        key_figures=_list_fitted_figures(result.fitted),
         record=result,
         sections=list(_list_sections(result)),
         document=document,
@@ -112,6 +118,30 @@ def present_fit(
         comments=files.list_comments(document, "machine"),
         texts=lambda: _write_machine(calibrated.machine, result, f"{result.reached.points} points"),
     )
+
+
+def _state(statement: str, is_refuted: bool) -> dict[str, Any]:
+    """Return the sentence on a fit as what a page opens with: as a failure if no model explains the
+    data.
+    """
+    return {"failures": [f"{statement}."]} if is_refuted else {"conclusion": f"{statement}."}
+
+
+def _list_fitted_figures(fitted: Sequence[FittedInput]) -> list[KeyFigure]:
+    """Return inputs with their 95 % intervals, first those whose interval ends within the bounds."""
+    ordered = sorted(fitted, key=lambda entry: entry.open)
+    return [
+        KeyFigure(
+            f"{entry.value:.4g}".replace("-", "\N{MINUS SIGN}"), entry.unit, _name_fitted(entry)
+        )
+        for entry in ordered[:MOST_KEY_FIGURES]
+    ]
+
+
+def _name_fitted(entry: FittedInput) -> str:
+    lower, upper = entry.interval
+    end = ", which ends at a bound" if entry.open else ""
+    return f"{entry.name}, 95 % interval {lower:.4g} to {upper:.4g}{end}"
 
 
 def present_preview(
@@ -177,6 +207,7 @@ def present_explained(
     return ResultPresentation(
         title=f"{document.name}: explanations of measured data",
         conclusion=f"{result.statement}.",
+        key_figures=_list_fitted_figures(result.fitted),
         record=result,
         sections=[*_list_explanations(explained), *_list_data(result.reading, result.treatment)],
         document=document,
@@ -252,7 +283,7 @@ def _list_data(reading: DataReading, treatment: Sequence[str]) -> Iterator[Secti
     if reading.dropped:
         dropped = {"rows": "count", "left out": "reason", "lines": "lines"}
         blocks.append(tabulate_records(reading.dropped, dropped))
-    yield Section("Data", blocks)
+    yield Section("Data", blocks, detail=True)
 
 
 def _list_sections(result: MeasuredFound) -> Iterator[Section]:
@@ -301,7 +332,7 @@ def _list_sections(result: MeasuredFound) -> Iterator[Section]:
     if correlation is not None:
         rows: list[list[Cell]] = [[str(i), *row] for i, row in enumerate(correlation, 1)]
         table = Table(("", *(str(row[0]) for row in rows)), rows)
-        yield Section("Correlation of the inputs, in their order", [table])
+        yield Section("Correlation of the inputs, in their order", [table], detail=True)
     if (prediction := result.prediction) is not None:
         title = (
             f"Prediction of {prediction.points} points at {prediction.speed_rpm:g} r/min, "

@@ -83,8 +83,10 @@ def compute_cycle(model: Model, samples: int | None = None) -> MechanismCycle:
         met=None if limits is None else all(limit.met for limit in limits),
         designer=designer,
     )
+    shapes = model.evaluate("elements", angles) | model.evaluate("meshes", angles)
+    places = model.places(angles)
     return MechanismCycle(
-        machine, np.degrees(angles), columns, repeats.end, model.places(angles), seconds, result
+        machine, np.degrees(angles), columns, repeats.end, places, seconds, result, shapes=shapes
     )
 
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import casadi as ca
@@ -21,6 +22,7 @@ from planter.kernels import Array, Integers
 from planter.kernels.elimination import solve_system
 from planter.kernels.formulas import HOISTED, Formulas
 from planter.kernels.programs import Program, ProgramStep
+from planter.mechanism.elements import DrawnElements, draw_elements, draw_pitch_curves
 from planter.mechanism.file import MechanismFile
 from planter.mechanism.machines import build_machine
 from planter.report import labels, style
@@ -261,11 +263,13 @@ def build_scene(
     columns: Mapping[str, Array],
     places: Mapping[str, Array],
     machine: Machine | None = None,
+    shapes: Mapping[str, Array] = MappingProxyType({}),
 ) -> Scene:
     """Return a moving scene with curves (n,) by key in display units; `places` (n,) [m] are
     coordinates of points.
 
-    The `machine` gives the curves their names, and forces at points of the drawing their arrows.
+    The `machine` gives the curves their names, and forces at points of the drawing their arrows;
+    `shapes` (n,) [SI] are what its springs, guides and gears are drawn from.
     """
     quantities = [] if machine is None else machine.results
     named = {quantity.key: name_quantity(quantity) for quantity in quantities}
@@ -285,16 +289,22 @@ def build_scene(
         if body != GROUND and len(ends) > 1:
             chains.append(Chain(body.replace("_", " "), ends, len(ends) > 2, shade % 6))
     place, _, unit = axis.label.partition(" / ")
+    parts, gears = _draw_parts(machine, shapes, frames, extent, len(points))
+    points += parts.points
     return Scene(
         title=title,
         place=place,
         unit=unit,
         places=axis.values[frames],
         seconds=seconds,
-        bodies=_mark_ground(bodies.get(GROUND, {}), extent / MARK_SHARE),
+        bodies=[
+            *_mark_ground(bodies.get(GROUND, {}), extent / MARK_SHARE),
+            *gears,
+            *parts.bodies,
+        ],
         points=points,
         again=axis.repeats,
-        chains=chains,
+        chains=[*chains, *parts.chains],
         forces=list(
             _list_forces(
                 quantities, points, {key: column[frames] for key, column in columns.items()}
@@ -309,6 +319,25 @@ def build_scene(
             for key in select_curves(columns, machine)
         ],
     )
+
+
+def _draw_parts(
+    machine: Machine | None,
+    shapes: Mapping[str, Array],
+    frames: Integers,
+    extent: float,
+    first: int,
+) -> tuple[DrawnElements, list[Body]]:
+    """Return springs, struts and guides, and gears by their pitch curves, at the frames of a
+    scene.
+    """
+    if machine is None or not shapes or not isinstance(machine.document, MechanismFile):
+        return DrawnElements(), []
+    sidecar = machine.document.model.sidecar
+    at_frames = {name: values[frames] for name, values in shapes.items()}
+    elements = draw_elements(sidecar.get("elements", {}), at_frames, extent, first)
+    gears = draw_pitch_curves(sidecar.get("meshes", {}), at_frames)
+    return elements, list(gears)
 
 
 def _list_forces(

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import Field, PrivateAttr
 
@@ -54,6 +54,8 @@ class MechanismFile(Document):
     """Values of a mechanism, bounds for a search, and the name of its functions, which lie near the
     file.
     """
+
+    states_goals: ClassVar[bool] = True
 
     functions: Annotated[Line, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_]*$")]
     """name of the functions that were generated from the statement"""

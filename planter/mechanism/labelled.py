@@ -8,19 +8,24 @@ body that has its direction.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import combinations
+from typing import Any
 
 import numpy as np
 
+from planter.errors import InputError
 from planter.kernels import Array
 from planter.mechanism import machines
 from planter.mechanism.file import load
 from planter.mechanism.model import Model
 from planter.mechanism.show import MechanismView
 from planter.numerics.arrays import wrap_angle
+from planter.report.free_body import BodyLoad, FreeBodies, FreeBody
 from planter.report.sheet import Angle, Length, Mark, Sheet, Spot
 
+LOADS = "loads"
+"""Generated function of the loads on all bodies."""
 DRAWN_DEG = 50.0
 """Angle of the drive at which a mechanism is drawn, where most of them are open."""
 COMPARED = np.radians(np.arange(7.0, 360.0, 48.5))
@@ -54,6 +59,47 @@ def draw(source: str, changes: Mapping[str, float]) -> list[Sheet]:
     marks = find_marks(model, angles, bodies)
     title = f"{file.name} at {scene.places[moment]:g} deg"
     return [Sheet("mechanism", title, scene, marks, moment)]
+
+
+def cut_bodies(source: str, changes: Mapping[str, float], angle_deg: float) -> FreeBodies:
+    """Return the bodies of a file's mechanism, cut free at an angle of its drive.
+
+    Raises InputError for a mechanism that no angle drives, or whose functions have no loads,
+    ComputationError if it cannot be moved.
+    """
+    file = load(source, changes)
+    if not file.is_driven:
+        raise InputError(
+            f"{source}: no angle drives {file.name}: bodies are cut free at an angle of a drive"
+        )
+    if LOADS not in file.model.sidecar["functions"]:
+        raise InputError(
+            f"{source}: the functions of {file.name} have no loads on its bodies: derive them "
+            f"again, with all results, by `planter derive`"
+        )
+    machine = machines.build_machine(file)
+    rows = Model(machine)(np.radians([angle_deg]))
+    data = {value.name: float(x) for value, x in zip(machine.values, machine.data, strict=True)}
+    values = {name: float(row[0]) for name, row in rows.items()} | data
+    components = file.model.pick(LOADS, values | {machine.angle: float(np.radians(angle_deg))})
+    return FreeBodies(file.name, angle_deg, group_loads(file.model.sidecar["loads"], components))
+
+
+def group_loads(
+    entries: Sequence[Mapping[str, Any]], components: Mapping[str, float]
+) -> list[FreeBody]:
+    """Return bodies with their loads: entries of the sidecar, numbered from 1, and their
+    components by name.
+    """
+    bodies: dict[str, list[BodyLoad]] = {}
+    for number, entry in enumerate(entries, 1):
+        place, force, moment = (
+            np.array([components.get(f"load_{number}_{part}{axis}", 0.0) for axis in "xyz"])
+            for part in ("", "F", "M")
+        )
+        load = BodyLoad(entry["name"], entry["by"], entry["point"], place, force, moment)
+        bodies.setdefault(entry["body"], []).append(load)
+    return [FreeBody(name, loads) for name, loads in bodies.items()]
 
 
 def find_points(places: Mapping[str, Array]) -> Bodies:

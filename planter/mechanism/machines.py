@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 ROLES: dict[str, Role] = {"law_": "law", "pivot_": "pivot", "states_": "states"}
 """Roles of quantities by the beginnings of their names."""
 
-FURTHER = (PLACES, "followers", "meshes")
+FURTHER = (PLACES, "followers", "meshes", "elements")
 """Further generated functions along the angle."""
 LOSS = "power lost to friction"
 """Beginning of the meanings of derived powers of friction."""

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -106,7 +106,7 @@ class Model:
         """Return the values (n,) [SI] of a further function of the machine at angles (n,) [rad] by
         name.
 
-        Functions are "places", "followers" and "meshes"; the result is empty for one that the
+        Functions are "places", "followers", "meshes" and "elements"; the result is empty for one that the
         machine lacks. Raises ComputationError if loops do not close.
         """
         stage = self.machine.stages.get(name)
@@ -139,6 +139,8 @@ class MechanismCycle:
     seconds: float
     result: MechanismCycleResult
     measured: SensorSignal | None = None
+    shapes: Mapping[str, Array] = field(default_factory=dict)
+    """Values (n,) [SI] of the functions `elements` and `meshes`, for drawings."""
 
     @property
     def repeats(self) -> bool:

@@ -68,6 +68,7 @@ class MechanismOptimum:
     machine: Machine
     problem: DesignProblem
     result: MechanismOptimumResult
+    goal: StatedGoal
     certificate: str | None = None
     """The text of the file of its proof, if it has one."""
 
@@ -82,6 +83,7 @@ class UnfinishedOptimum:
     sum_text: str
     candidate: CandidateDesign
     start_design: dict[str, float]
+    goal: StatedGoal
 
     @property
     def design(self) -> dict[str, float]:
@@ -109,12 +111,15 @@ class UnfinishedOptimum:
 @dataclass(frozen=True)
 class StatedGoal:
     """The objective and the limits of a machine's file and of a call, in the names of its
-    quantities.
+    quantities; `sum_text` is the text of the sum, if it is that of the call, and `holds` those of
+    all limits, for a file in any folder.
     """
 
     machine: Machine
     objective: tuple[Measure, ...]
     limits: tuple[Limit, ...]
+    sum_text: str = ""
+    holds: tuple[str, ...] = ()
 
     @classmethod
     def read(
@@ -128,10 +133,17 @@ class StatedGoal:
         terms = machine.objective if objective is None else parse_sum(objective)
         limits = (*machine.limits, *map(parse_limit, holds))
         machine = extend_span(machine, [*terms, *(limit.measure for limit in limits)])
+        placed_terms = [term.with_whole_paths(machine.source) for term in terms]
+        texts = [
+            str(replace(limit, measure=limit.measure.with_whole_paths(machine.source)))
+            for limit in limits
+        ]
         return cls(
             machine,
             tuple(resolve_measure(machine, measure) for measure in terms),
             tuple(resolve_limit(machine, limit) for limit in limits),
+            "" if objective is None else format_sum(placed_terms),
+            tuple(dict.fromkeys(texts)),
         )
 
     def describe(self) -> str:
@@ -228,7 +240,7 @@ def optimise_machine(
 
     def place(candidate: CandidateDesign) -> UnfinishedOptimum:
         _, start, best = _place_design(machine, candidate.x)
-        return UnfinishedOptimum(best, words, candidate, start)
+        return UnfinishedOptimum(best, words, candidate, start, goal)
 
     def keep_design(candidate: CandidateDesign) -> None:
         assert keep is not None
@@ -255,7 +267,9 @@ def optimise_machine(
             None if stop.candidate is None else place(stop.candidate).table()
         ) from None
     except FailedSearchError as error:
-        error.partial = None if error.candidate is None else place(error.candidate).table()
+        if error.candidate is not None:
+            reasons = {} if error.infeasibility is None else error.infeasibility.table()
+            error.partial = place(error.candidate).table() | reasons
         raise
     return _record(machine, words, goal, optimum, begun)
 
@@ -403,8 +417,10 @@ def _record(
         seconds=time.perf_counter() - begun,
         effective_parameters=directions.effective_parameters,
         insensitive=directions.named,
+        searches=reached.searches,
+        wider=reached.wider,
     )
-    return MechanismOptimum(x, best, problem, result)
+    return MechanismOptimum(x, best, problem, result, stated)
 
 
 def compute_objective_sensitivity(

@@ -7,14 +7,17 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, Protocol, cast
 
 import numpy as np
 
 from planter.engine import tables
 from planter.engine.drive import Drive
 from planter.engine.machine import Machine
+from planter.engine.measures import parse_limit
 from planter.engine.sensitivity import SensitivityResult
+from planter.engine.solvers.result import OptimalityCertificate, WiderOptimum
 from planter.files import units
 from planter.files.document import Document, format_lines
 from planter.files.fields import SET
@@ -36,7 +39,7 @@ from planter.mechanism.file import MechanismFile
 from planter.mechanism.model import MechanismCycle, Model
 from planter.mechanism.motion import MechanismMotion, compute_motion
 from planter.mechanism.motion_response import TOLERANCE
-from planter.mechanism.optimisation import MechanismOptimum, UnfinishedOptimum
+from planter.mechanism.optimisation import MechanismOptimum, StatedGoal, UnfinishedOptimum
 from planter.mechanism.results import (
     ChangedStart,
     EnsembleResult,
@@ -65,10 +68,12 @@ from planter.report.presentation import (
     ModelAssumptions,
     ResultPresentation,
     describe_basis,
+    describe_failure,
     describe_proof,
     describe_violations,
     list_proof_files,
     list_warning_sections,
+    shorten_failures,
 )
 from planter.version import __version__
 
@@ -96,11 +101,13 @@ LAW_ROUNDING = 1e-8
 """Residual of a law below which it holds, as a share of its scale: rounding is 1e-16, and
 elimination loses digits.
 """
+EXTREME_SHARE = 1e-6
+"""Share within which the value of a limit is that of an extreme, both true ones."""
 UNITS_FIRST = ("N m", "N", "W", "mm", "deg")
 """Units of the quantities that a page opens with, in this order."""
 MOTION_CAPTION = (
-    "Bodies by the points where forces act on them and by their centroids, which is "
-    "all that the statement contains."
+    "Bodies by the points where forces act on them and by their centroids; springs, guides, cams and "
+    "gears as stated."
 )
 
 
@@ -111,15 +118,16 @@ def present_cycle(cycle: MechanismCycle) -> ResultPresentation:
     result, extension = cycle.result, find_extension(cycle.machine)
     title = f"Cycle of {result.machine} in {result.samples} samples"
     sections = [
+        *list_limit_sections(result.holds or ()),
         *extension.list_sections(result),
         *_list_cycle_sections(cycle),
         *list_measurement_sections(result.measurement),
-        *list_limit_sections(result.holds or ()),
     ]
     added = extension.list_parts(result)
     key_figures = [*added.get("key_figures", ()), *_list_cycle_figures(result)]
     parts = {
         "conclusion": _conclude_cycle(result),
+        "failures": list_cycle_failures(result),
         **added,
         "key_figures": key_figures[:MOST_KEY_FIGURES],
         "captions": {FIGURE: CAPTION, **added.get("captions", {})},
@@ -145,6 +153,7 @@ def present_optimum(optimum: MechanismOptimum) -> ResultPresentation:
         result,
         _list_optimum_sections(result),
         conclusion=_conclude_optimum(result),
+        failures=list_limit_failures(result.holds),
         key_figures=list(_list_optimum_figures(result)),
         texts=lambda: {
             OPTIMUM_FILE: format_optimum_file(optimum),
@@ -308,13 +317,14 @@ def present_motion(motion: MechanismMotion, file: MechanismFile) -> ResultPresen
     title = f"Motion of {file.name} until {result.until_s:g} s"
     violated = [limit.limit_on for limit in result.holds or () if not limit.met]
     conclusion = describe_violations(violated, len(result.holds), "limit") if result.holds else ""
-    sections = [*_list_motion_sections(motion), *list_limit_sections(result.holds or ())]
+    sections = [*list_limit_sections(result.holds or ()), *_list_motion_sections(motion)]
     return _present(
         describe_file(file),
         title,
         result,
         sections,
         conclusion=conclusion,
+        failures=list_limit_failures(result.holds or ()),
         key_figures=list(_list_motion_figures(motion)),
         **_draw_motion(title, lambda: motion),
     )
@@ -493,7 +503,9 @@ def format_optimum_file(optimum: MechanismOptimum) -> str:
     ]
     origin = f"optimised (least {result.least})"
     before = dict(zip(optimum.machine.moved_paths, result.start_design.values(), strict=True))
-    return format_design_file(optimum.machine.document, before, head, origin)
+    return format_design_file(
+        optimum.machine.document, before, head, origin, optimum.goal, result.samples
+    )
 
 
 def write_unfinished(out: Path, unfinished: UnfinishedOptimum) -> None:
@@ -521,7 +533,7 @@ def write_unfinished(out: Path, unfinished: UnfinishedOptimum) -> None:
         f"By planter {__version__}, after {candidate.seconds:.4g} s.",
     ]
     before = dict(zip(machine.moved_paths, unfinished.start_design.values(), strict=True))
-    text = format_design_file(machine.document, before, head, origin)
+    text = format_design_file(machine.document, before, head, origin, unfinished.goal)
     write_file(folder / name, text.encode())
     basis = describe_basis(None, machine.document, files.list_provenance(machine.document))
     files.write_summary(folder / "summary.json", {**unfinished.table(), "finished": False, **basis})
@@ -529,13 +541,37 @@ def write_unfinished(out: Path, unfinished: UnfinishedOptimum) -> None:
         drop_file(folder / CLOSEST_FILE)
 
 
+def _enter_goal(
+    document: Document, table: dict[str, Any], goal: StatedGoal, samples: int | None
+) -> None:
+    """Enter the sum and the limits of a call, and the samples of its search, into the table of a
+    document, if files of its kind may have them.
+    """
+    if not document.states_goals:
+        return
+    if goal.sum_text:
+        table["objective"] = {**(table.get("objective") or {}), "least": goal.sum_text}
+    if samples is not None and "least" in (table.get("objective") or {}):
+        table["objective"]["samples"] = samples
+    if goal.holds:
+        table["requirements"] = {**(table.get("requirements") or {}), "hold": list(goal.holds)}
+
+
 def format_design_file(
-    document: Document, before: Mapping[str, float], head: Sequence[str], origin: str
+    document: Document,
+    before: Mapping[str, float],
+    head: Sequence[str],
+    origin: str,
+    goal: StatedGoal | None = None,
+    samples: int | None = None,
 ) -> str:
     """Return the file (TOML) of a document with the values of a search, by path, that it had
-    `before`; comments have lines `head`, and these values.
+    `before`, and with the goal of the search over `samples` of a cycle, if there are any; comments
+    have lines `head`, and these values.
     """
     numbers, table = document.numbers(), document.written_table()
+    if goal is not None:
+        _enter_goal(document, table, goal, samples)
     moved = [path for path, value in before.items() if numbers[path] != value]
     notes = {path: f"was {before[path]!r} {units.display_unit(path)}".rstrip() for path in moved}
     stated = dict.fromkeys((path for path in document.changed if path not in before), SET_ORIGIN)
@@ -587,7 +623,13 @@ def _draw_cycle(
         if cycle.places:
             axis = PlotAxis.from_cycle(cycle)
             scene = drawing.build_scene(
-                title, axis, cycle.seconds, cycle.columns, cycle.places, cycle.machine
+                title,
+                axis,
+                cycle.seconds,
+                cycle.columns,
+                cycle.places,
+                cycle.machine,
+                cycle.shapes,
             )
             yield MotionBlock(scene, MOTION_CAPTION)
 
@@ -645,6 +687,12 @@ def _draw_quantities(
 def _list_cycle_sections(cycle: MechanismCycle) -> Iterator[Section]:
     result = cycle.result
     yield from list_warning_sections(result.warnings)
+    if result.at:
+        angle = f"{cycle.machine.angle}_deg"
+        yield Section("At single angles", [tabulate_angles(result.at, angle)])
+    if result.designer is not None:
+        blocks = find_extension(cycle.machine).list_summary_blocks(result.designer)
+        yield Section("Designer's summary", [*blocks, Text(ONE_SIDED, "note")])
     meanings = {quantity.key: quantity.meaning for quantity in cycle.machine.results}
     head = ("quantity", tables.MEANING, "min", "at / deg", "max", "at / deg", "mean", "rms", "unit")
     rows = [
@@ -661,18 +709,14 @@ def _list_cycle_sections(cycle: MechanismCycle) -> Iterator[Section]:
         )
         for key, q in result.quantities.items()
     ]
-    yield Section("Quantities", [Table(head, rows, page_columns=(tables.MEANING,))])
+    table = Table(head, rows, page_columns=(tables.MEANING,))
+    yield Section("Quantities", [table], detail=result.designer is not None)
     if result.work:
-        yield Section("Work of a cycle", [list_values(result.work)])
-    if result.designer is not None:
-        blocks = find_extension(cycle.machine).list_summary_blocks(result.designer)
-        yield Section("Designer's summary", [*blocks, Text(ONE_SIDED, "note")])
-    if result.at:
-        angle = f"{cycle.machine.angle}_deg"
-        yield Section("At single angles", [tabulate_angles(result.at, angle)])
+        yield Section("Work of a cycle", [list_values(result.work)], detail=True)
     if result.laws:
         laws = [(law.law, float(f"{law.violation:.2g}"), law.unit) for law in result.laws]
-        yield Section("Laws", [Table(("law", "largest violation", "unit"), laws)])
+        table = Table(("law", "largest violation", "unit"), laws)
+        yield Section("Laws", [table], detail=True)
 
 
 def _list_motion_sections(motion: MechanismMotion) -> Iterator[Section]:
@@ -727,8 +771,8 @@ def _list_optimum_sections(result: MechanismOptimumResult) -> Iterator[Section]:
         (format_label(key), result.start_design[key], value) for key, value in result.design.items()
     ]
     table = Table(("quantity", "before", "optimum"), rows)
-    yield Section("Optimum", [Text(f"Least {result.least}: {change}."), table])
     yield from list_limit_sections(result.holds)
+    yield Section("Optimum", [Text(f"Least {result.least}: {change}."), table])
     certificate = result.certificate
     yield Section(
         "Certificate",
@@ -745,19 +789,100 @@ def _list_optimum_sections(result: MechanismOptimumResult) -> Iterator[Section]:
                     if result.samples is None
                     else result.samples,
                 }
-            )
+            ),
+            *describe_search(result),
         ],
+        detail=True,
     )
     sentences = tables.describe_directions(
         result.effective_parameters, len(result.design), result.insensitive
     )
-    yield Section("Effective combinations", [Text(sentence) for sentence in sentences])
+    yield Section("Effective combinations", list(map(Text, sentences)), detail=True)
     if result.front:
         points = [(point.range, point.variance, *point.design.values()) for point in result.front]
         head = ("range", "variance", *map(format_label, result.design))
         yield Section("Pareto front of range and variance", [Table(head, points)])
     if result.proof is not None:
-        yield Section("Proof", list(describe_proof(result.proof.table())))
+        yield Section("Proof", list(describe_proof(result.proof.table())), detail=True)
+
+
+def list_cycle_failures(result: MechanismCycleResult) -> list[str]:
+    """Return a sentence for each limit that a cycle violates, with the angle of its extreme."""
+    peaks = [] if result.designer is None else result.designer.peaks
+    extremes = {
+        peak.name: ((peak.max, peak.max_phi_deg), (peak.min, peak.min_phi_deg)) for peak in peaks
+    }
+    return list_limit_failures(result.holds or (), extremes)
+
+
+Extremes = tuple[tuple[float, float], tuple[float, float]]
+"""The largest and the least value of a quantity, each with its angle [deg]."""
+
+
+def list_limit_failures(
+    limits: Sequence[LimitResult], extremes: Mapping[str, Extremes] = MappingProxyType({})
+) -> list[str]:
+    """Return a sentence for each limit that is violated, with the angle of the extreme that is
+    limited, if `extremes` by quantity have it.
+    """
+    failures = []
+    for limit in limits:
+        if not limit.met:
+            stated = parse_limit(limit.limit_on)
+            bounds = (None, limit.limit) if stated.sign > 0 else (limit.limit, None)
+            words, angle = str(stated.measure), ""
+            if limit.value is not None and stated.measure.kind in ("max", "min", "all"):
+                ends = extremes.get(stated.measure.name, ())
+                angle = _find_extreme_angle(limit.value, ends)
+            failures.append(describe_failure(words, limit.value, bounds, limit.unit, angle))
+    return shorten_failures(failures)
+
+
+def _find_extreme_angle(value: float, ends: Iterable[tuple[float, float]]) -> str:
+    """Return the angle of the extreme that has the size of a value, empty if none has."""
+    angles = [
+        angle
+        for extreme, angle in ends
+        if abs(abs(extreme) - abs(value)) <= EXTREME_SHARE * abs(value)
+    ]
+    return f"{angles[0]:.4g} deg" if angles else ""
+
+
+class _SearchedResult(Protocol):
+    """The part of an optimum's result that says how it was searched for."""
+
+    @property
+    def objective(self) -> float: ...
+    @property
+    def certificate(self) -> OptimalityCertificate: ...
+    @property
+    def searches(self) -> str: ...
+    @property
+    def wider(self) -> WiderOptimum | None: ...
+
+
+def describe_search(result: _SearchedResult) -> Iterator[Text]:
+    """Yield sentences on what a search has run, and on what wider bounds would bring."""
+    if result.searches:
+        yield Text(f"Run: {result.searches}.")
+    if sentence := describe_wider(result):
+        yield Text(sentence)
+
+
+def describe_wider(result: _SearchedResult) -> str:
+    """Return the sentence on the optimum within wider bounds, empty if there is none."""
+    wider = result.wider
+    if wider is None:
+        return ""
+    names = {bound.name for bound in result.certificate.active_bounds}
+    size = len(wider.design)
+    change = wider.objective - result.objective
+    share = f" ({100 * change / abs(result.objective):+.3g} %)" if result.objective else ""
+    again = f"; {wider.active_bounds} of {size} are at a bound again" if change < 0 else ""
+    return (
+        f"Active bounds: {len(names)} of {size}; with bounds twice as wide: objective "
+        f"{wider.objective:.6g}{share}{again}."
+    )
 
 
 def list_limit_sections(limits: Sequence[LimitResult]) -> Iterator[Section]:

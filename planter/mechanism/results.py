@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from planter.engine.drive import DriveResult
 from planter.engine.proof.proof_results import GlobalBound
 from planter.engine.sensitivity import Direction, SensitivityResult
-from planter.engine.solvers.result import EvaluationCounts, OptimalityCertificate
+from planter.engine.solvers.result import EvaluationCounts, OptimalityCertificate, WiderOptimum
 from planter.engine.summary import CycleSummary
 from planter.files.record import Record, WarningRecord
 from planter.gears.results import Cam
@@ -277,7 +277,8 @@ class MechanismOptimumResult(Record):
 
     The quantities in `least` depend on `effective_parameters` combinations of the design at the
     optimum; along the directions in `insensitive`, in parts of the bounds, they do not change, so
-    that the design is not determined.
+    that the design is not determined. `searches` says what was run and why, `wider` what bounds
+    twice as wide would bring if some are active.
     """
 
     machine: str
@@ -295,6 +296,8 @@ class MechanismOptimumResult(Record):
     seconds: float
     effective_parameters: int
     insensitive: list[Direction]
+    searches: str = ""
+    wider: WiderOptimum | None = None
     proof: GlobalBound | None = None
     front: list[FrontDesign] | None = None
 

@@ -43,8 +43,8 @@ class MechanismView:
     models: Sequence[str] = ("exact",)
     exports: Sequence[Export] = EXPORTS
 
-    def __init__(self, file: MechanismFile) -> None:
-        self.file, self.name = file, file.name
+    def __init__(self, file: MechanismFile, draws_shapes: bool = True) -> None:
+        self.file, self.name, self.draws_shapes = file, file.name, draws_shapes
         self._latest: tuple[dict[str, float], MechanismCycle] | None = None
 
     @cached_property
@@ -58,8 +58,10 @@ class MechanismView:
 
     @property
     def rigid(self) -> MechanismView:
-        """The mechanism without its sensor, for pages without a server."""
-        return MechanismView(self.file.model_copy(update={SECTION: None}))
+        """The mechanism without its sensor, and without springs, guides, cams and pitch curves, for
+        pages without a server, whose programs compute neither.
+        """
+        return MechanismView(self.file.model_copy(update={SECTION: None}), draws_shapes=False)
 
     def scenes(self, values: Values, model: str) -> Sequence[Scene]:
         """Return its bodies over a cycle."""
@@ -69,7 +71,13 @@ class MechanismView:
         cycle = self._compute_cycle(values)
         axis = PlotAxis.from_cycle(cycle)
         scene = build_scene(
-            self.name, axis, cycle.seconds, cycle.columns, cycle.places, cycle.machine
+            self.name,
+            axis,
+            cycle.seconds,
+            cycle.columns,
+            cycle.places,
+            cycle.machine,
+            cycle.shapes if self.draws_shapes else {},
         )
         if cycle.measured is not None:
             values_shown = cycle.measured.signal[select_frames(len(cycle.angles_deg))]
@@ -190,7 +198,9 @@ def build_scene(thing: object) -> Scene | None:
     if not isinstance(thing, MechanismCycle):
         return None
     axis, machine = PlotAxis.from_cycle(thing), thing.machine
-    return build_scene(machine.name, axis, thing.seconds, thing.columns, thing.places, machine)
+    return build_scene(
+        machine.name, axis, thing.seconds, thing.columns, thing.places, machine, thing.shapes
+    )
 
 
 def open_view(source: str, changes: Values) -> MechanismView:

@@ -294,8 +294,9 @@ def animate(
     if suffix != ".gif" and suffix not in VIDEO_CODECS:
         raise InputError(f"--out {path}: name a folder, or a file that ends in .gif, .mp4 or .webm")
     check_files(path.parent, [path.name])
-    files.write_bytes(path, render_animation(scene, options, suffix))
-    return Animated(str(path), machine.name, model_name)
+    content, (frames, rate) = render_animation(scene, options, suffix), options.count_frames(scene)
+    files.write_bytes(path, content)
+    return Animated(str(path), machine.name, model_name, frames, frames / rate, len(content))
 
 
 def gif(scene: Scene, seconds: float | None = None) -> bytes:
@@ -383,11 +384,14 @@ def draw(axes: Axes, picture: Picture, moment: int) -> None:
     for chain in scene.chains:
         corners = np.array([picture.paths[index][moment] for index in chain.points])
         _line(axes, corners, "body", chain.shade, chain.closed)
-    for path in picture.paths:
+    paths = (
+        path for point, path in zip(scene.points, picture.paths, strict=True) if not point.hidden
+    )
+    for path in paths:
         axes.plot(*path[moment], "o", color=style.PAPER, markeredgecolor=style.INK, markersize=3)
     for label in scene.labels:
         side = {"start": "left", "middle": "center", "end": "right"}[label.anchor]
-        axes.text(label.x, label.y, label.text, ha=side, color=style.SOFT, fontsize=6)
+        axes.text(label.x, label.y, label.text, ha=side, color=style.SOFT, fontsize=7)
 
 
 @style.with_style

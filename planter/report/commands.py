@@ -66,4 +66,4 @@ def animate(
 
         options = animation.AnimationOptions(seconds, width or animation.WIDTH_PX, rate)
         result = animation.animate(machine, parse_changes(set_), out, model, options)
-        console.result(result, lambda: print(result.file))
+        console.result(result, lambda: print(result.describe()))

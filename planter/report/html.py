@@ -22,6 +22,8 @@ from planter.report import style
 
 MANY_COLUMNS = 7
 """Columns from which on a table is printed in smaller type."""
+WHOLE_ROWS = 14
+"""Rows up to which a table is printed on one sheet."""
 SHORT, LONG = 10, 24
 """Characters up to which a text stays on one line, and from which on it has a column of some
 width.
@@ -65,10 +67,16 @@ class Scripted(Block, Protocol):
 
 @dataclass(frozen=True)
 class Section:
-    """A heading and the blocks below it."""
+    """A heading and the blocks below it; a `detail` is never in the main part of a page."""
 
     title: str
     blocks: Sequence[Block]
+    detail: bool = False
+
+    @property
+    def lines(self) -> int:
+        """Estimated height in print, in rows of a table."""
+        return HEADING_LINES + sum(map(count_lines, self.blocks))
 
 
 @dataclass(frozen=True)
@@ -85,13 +93,19 @@ class Text:
 
 @dataclass(frozen=True)
 class Conclusion:
-    """The sentences that a page opens with."""
+    """The sentences that a page opens with, after the `failures`: what does not satisfy its
+    limit.
+    """
 
     text: str
+    failures: Sequence[str] = ()
 
     def html(self, name: str) -> str:
         """Return the sentences as HTML."""
-        return f'<div class="conclusion"><p>{typeset_numbers(self.text)}</p></div>'
+        kinds = [*((' class="failure"', text) for text in self.failures), ("", self.text)]
+        paragraphs = (f"<p{kind}>{typeset_numbers(text)}</p>" for kind, text in kinds if text)
+        kind = " failed" if self.failures else ""
+        return f'<div class="conclusion{kind}">{"".join(paragraphs)}</div>'
 
 
 @dataclass(frozen=True)
@@ -201,7 +215,9 @@ class Table:
             for row in cells
         )
         kind = ' class="many"' if len(self.head) > MANY_COLUMNS else ""
-        opened, closed = f'<div class="wide" tabindex="0"><table{kind}>', "</tbody></table></div>"
+        unbroken = " whole" if len(self.rows) <= WHOLE_ROWS else ""
+        opened = f'<div class="wide{unbroken}" tabindex="0"><table{kind}>'
+        closed = "</tbody></table></div>"
         return _lines(opened, caption, f"<thead><tr>{head}</tr></thead>", "<tbody>", *body, closed)
 
 
@@ -238,6 +254,39 @@ class Folded:
             *parts,
             "</details>",
         )
+
+
+HEADING_LINES = 3
+"""Height of a heading in print, in rows of a table."""
+PAGE_LINES = 50
+"""Rows of a table that a printed page has room for."""
+LINE_LETTERS = 105
+"""Letters of a line of text in print."""
+FIGURE_LINES = 17
+"""Height of a figure with its caption in print, in rows of a table."""
+
+
+def count_lines(block: Block) -> int:
+    """Return the estimated height of a block in print, in rows of a table."""
+    if isinstance(block, Table):
+        share = LINE_LETTERS / len(block.head)
+        return 3 + sum(_count_row_lines(row, share) for row in block.rows)
+    if isinstance(block, Folded):
+        return 2 + sum(map(count_lines, block.blocks))
+    if isinstance(block, Items):
+        return sum(1 + len(item) // LINE_LETTERS for item in block.items)
+    if isinstance(block, Keys):
+        return 2 * (1 + len(block.pairs) // 4)
+    if isinstance(block, Text):
+        return 1 + len(block.text) // LINE_LETTERS
+    return FIGURE_LINES
+
+
+def _count_row_lines(row: Sequence[Cell], share: float) -> int:
+    """Return the lines of a row: long texts are given about twice the `share` of letters."""
+    return max(
+        (1 + int(len(cell) / (2 * share)) for cell in row if isinstance(cell, str)), default=1
+    )
 
 
 def escape_markup(text: str) -> str:
@@ -303,17 +352,23 @@ def render_page(
     subtitle: str = "",
     extra_style: str = "",
     lead: Sequence[Block] = (),
+    details: Sequence[Section] = (),
 ) -> str:
     """Return the page as text; `lead` are the blocks that it opens with, `extra_style` is
-    additional CSS.
+    additional CSS. The `details` are folded on screen, and printed from a new sheet on.
     """
-    blocks = [*lead, *(block for section in sections for block in section.blocks)]
+    parts_of_page = [*sections, *details]
+    blocks = [*lead, *(block for section in parts_of_page for block in section.blocks)]
     moving = [block for block in blocks if isinstance(block, Scripted)]
     parts = [block.html(f"lead-{number}") for number, block in enumerate(lead, 1)]
     script = "".join(dict.fromkeys(block.script for block in moving))
     bodies = [_section(i, section) for i, section in enumerate(sections, 1)]
+    folded = [_fold(i, section) for i, section in enumerate(details, len(sections) + 1)]
+    if folded:
+        bodies += ['<div class="details">', *folded, "</div>"]
     links = (
-        f'<li><a href="#s{i}">{escape_markup(s.title)}</a></li>' for i, s in enumerate(sections, 1)
+        f'<li><a href="#s{i}">{escape_markup(s.title)}</a></li>'
+        for i, s in enumerate(parts_of_page, 1)
     )
     return _PAGE.substitute(
         title=escape_markup(title),
@@ -337,6 +392,17 @@ def policy_source(text: str) -> str:
     if not text:
         return "'none'"
     return f"'sha256-{base64.b64encode(hashlib.sha256(text.encode('utf-8')).digest()).decode('ascii')}'"
+
+
+def _fold(number: int, section: Section) -> str:
+    """Return a section that a reader opens; a link to what is in it opens it."""
+    parts = (block.html(f"s{number}-{i}") for i, block in enumerate(section.blocks, 1))
+    return _lines(
+        f"<details><summary><h2>{escape_markup(section.title)}</h2></summary>",
+        f'<div id="s{number}">',
+        *parts,
+        "</div></details>",
+    )
 
 
 def _section(number: int, section: Section) -> str:
@@ -385,10 +451,10 @@ are lighter.
 _STYLE = """\
 :root { color-scheme: light dark; --canvas: #eef1f4; --paper: #fefefe; --sunk: #f6f8fa; --ink: #141c26; --soft: #4c5766;
   --rule: #d8dee6; --edge: #78838f; --a: #0b5cad; --good: #0a6640; --good-paper: #e4f4ec; --warn: #775200;
-  --warn-paper: #fff3d6; }
+  --warn-paper: #fff3d6; --bad: #b3201a; --bad-paper: #fdebe9; }
 @media (prefers-color-scheme: dark) { :root { --canvas: #0c1015; --paper: #151b22; --sunk: #1b222b; --ink: #e8edf2;
   --soft: #aab5c2; --rule: #2c3641; --edge: #76828f; --a: #74b6ff; --good: #63d69f; --good-paper: #12301f;
-  --warn: #f0c25c; --warn-paper: #33290f; } }
+  --warn: #f0c25c; --warn-paper: #33290f; --bad: #ff8d83; --bad-paper: #3a1917; } }
 * { box-sizing: border-box; }
 html { background: var(--canvas); }
 body { margin: 0 auto; max-width: 860px; padding: 28px 40px 48px; background: var(--paper); color: var(--ink);
@@ -403,7 +469,9 @@ p { margin: 6px 0; overflow-wrap: anywhere; }
 .mast b { color: var(--ink); }
 .conclusion { border-left: 4px solid var(--a); background: var(--sunk); padding: 12px 16px; margin: 16px 0 8px;
   font-size: 18px; line-height: 1.42; }
-.conclusion p { margin: 0; }
+.conclusion p { margin: 0; } .conclusion p + p { margin-top: 6px; }
+.conclusion.failed { border-color: var(--bad); }
+.conclusion .failure { color: var(--bad); font-weight: 600; }
 .key-figures { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(12rem, 100%), 1fr)); gap: 12px;
   margin: 14px 0; }
 .key-figures > div { display: flex; flex-direction: column-reverse; justify-content: flex-end; min-width: 0;
@@ -435,6 +503,8 @@ figure { margin: 1rem 0; }
 figure svg { display: block; width: 100%; height: auto; }
 figcaption { font-size: 13px; margin-top: .4rem; }
 summary { cursor: pointer; color: var(--soft); margin: .8rem 0; min-height: 24px; }
+.details { margin-top: 30px; } .details > details { border-top: 1px solid var(--rule); }
+summary > h2 { display: inline; color: var(--ink); }
 pre { background: var(--sunk); border: 1px solid var(--rule); border-radius: 6px; padding: 10px 14px; overflow-x: auto;
   font: 13px/1.5 ui-monospace, "DejaVu Sans Mono", monospace; margin: 6px 0; white-space: pre-wrap;
   overflow-wrap: anywhere; }
@@ -447,20 +517,23 @@ pre { background: var(--sunk); border: 1px solid var(--rule); border-radius: 6px
 @page { size: A4; margin: 12mm 15mm; }
 @media print { :root { color-scheme: light; --canvas: #fff; --paper: #fff; --sunk: #f6f8fa; --ink: #141c26;
   --soft: #4c5766; --rule: #d8dee6; --edge: #78838f; --a: #0b5cad; --good: #0a6640; --good-paper: #e4f4ec;
-  --warn: #775200; --warn-paper: #fff3d6; }
+  --warn: #775200; --warn-paper: #fff3d6; --bad: #b3201a; --bad-paper: #fdebe9; }
   html, body { background: #fff; } body { max-width: none; padding: 0; font-size: 10pt; }
   * { print-color-adjust: exact; }
-  nav { display: none; } h2 { break-after: avoid; margin-top: 18px; } figure svg { max-height: 190mm; }
+  nav { display: none; } h2 { break-after: avoid; margin-top: 18px; } figure svg { max-height: 240mm; }
   .conclusion { font-size: 12pt; padding: 8px 12px; margin: 8px 0; } .key-figures { margin: 8px 0; }
-  .lead figure svg { max-height: 78mm; }
-  figure, tr, dl > div, .key-figures { break-inside: avoid; } caption, summary, thead { break-after: avoid; }
-  thead { display: table-header-group; } .wide { overflow: visible; }
+  .key-figures dt { font-size: 9pt; }
+  .lead .planter-view svg { max-height: 78mm; }
+  .details { break-before: page; margin-top: 0; }
+  details::details-content { content-visibility: visible; height: auto; }
+  figure, tr, dl > div, .key-figures, .conclusion { break-inside: avoid; }
+  caption, summary, thead { break-after: avoid; } tbody > tr:first-child { break-before: avoid; }
+  thead { display: table-header-group; } .wide { overflow: visible; } .wide.whole { break-inside: avoid; }
   table { font-size: 8.5pt; max-width: 100%; } thead th { font-size: 8pt; }
-  table.many { font-size: 7pt; } table.many thead th { font-size: 6.5pt; }
-  table.many :is(th, td) { padding-right: 6px; }
+  table.many, table.many thead th { font-size: 7pt; } th small { font-size: 7.5pt; }
+  table.many :is(th, td) { padding-right: 6px; } table.many th small { font-size: 7pt; }
   th, td:not(.number, .short), td.long { overflow-wrap: break-word; min-width: 0; }
-  .long, table.many :is(tbody th, td:not(.number, .short)) { overflow-wrap: anywhere; }
-  tbody th small { font-size: .9em; } }
+  .long, table.many :is(tbody th, td:not(.number, .short)) { overflow-wrap: anywhere; } }
 """
 
 _PAGE = Template("""\

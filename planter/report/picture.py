@@ -21,6 +21,8 @@ MARGIN = 0.04
 """Space around a drawing, relative to its width."""
 CORNERS = 24
 """Number of points of an outline that are measured for the extent."""
+LABEL_SHARE = 32
+"""Width of a drawing over the size of its labels, which have at least 7 pt in print."""
 LONGEST = 0.25
 """Length of the largest force, relative to the width of a drawing."""
 
@@ -140,8 +142,9 @@ class Picture:
     def _points(self) -> Iterator[str]:
         size = format_number(self.frames[0].width / 160)
         for k, (point, path) in enumerate(zip(self.scene.points, self.paths, strict=True)):
+            radius = "0" if point.hidden else size
             attributes = (
-                f'cx="{format_number(path[0, 0])}" cy="{format_number(path[0, 1])}" r="{size}"'
+                f'cx="{format_number(path[0, 0])}" cy="{format_number(path[0, 1])}" r="{radius}"'
             )
             yield (
                 f'<circle data-point="{k}" '
@@ -167,7 +170,7 @@ class Picture:
             yield f"<title>{escape_markup(force.name)}</title></path>"
 
     def _labels(self) -> Iterator[str]:
-        size = format_number(self.frames[0].width / 42)
+        size = format_number(self.frames[0].width / LABEL_SHARE)
         for label in self.scene.labels:
             at = f"{format_number(label.x)} {format_number(label.y)}"
             attributes = (

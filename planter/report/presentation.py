@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from importlib import resources
 from itertools import islice, zip_longest
@@ -22,6 +22,7 @@ from planter.progress import Listener
 from planter.report import files, labels, process
 from planter.report.console import Console
 from planter.report.html import (
+    PAGE_LINES,
     Block,
     Cell,
     Command,
@@ -186,6 +187,8 @@ class ResultPresentation:
     record: Record
     sections: Sequence[Section]
     conclusion: str = ""
+    failures: Sequence[str] = ()
+    """Sentences on what does not satisfy its limit, with its value; the page opens with them."""
     key_figures: Sequence[KeyFigure] = ()
     """Numbers that the page opens with; by default the first ones of `sections`."""
     document: Document | None = None
@@ -230,40 +233,36 @@ class ResultPresentation:
             blocks = [
                 figures.pop(b.figure) if isinstance(b, PlacedFigure) else b for b in section.blocks
             ]
-            sections.append(Section(section.title, blocks))
-        motions = list(self.motions())
-        lead: list[Block] = [Conclusion(self.conclusion)] if self.conclusion else []
+            sections.append(replace(section, blocks=blocks))
+        lead: list[Block] = []
+        if self.conclusion or self.failures:
+            lead.append(Conclusion(self.conclusion, self.failures))
         if chosen := self.key_figures or find_key_figures(self.sections):
             lead.append(KeyFigures(chosen))
+        motions = list(self.motions())
         if motions:
             lead.append(motions.pop(0))
         elif figures:
             lead.append(figures.pop(next(iter(figures))))
+        main, details = split_sections(sections)
         if motions:
-            sections.append(Section("Motion", motions))
+            details.append(Section("Motion", motions))
         if figures:
-            sections.append(Section("Figures", list(figures.values())))
-        sections += self.details()
+            details.append(Section("Figures", list(figures.values())))
+        details += self.details()
         if self.model is not None:
-            sections.append(
-                Section(
-                    "Model",
-                    [Text(f"{self.model.title}. It assumes:"), Items(self.model.assumptions)],
-                )
-            )
+            blocks = [Text(f"{self.model.title}. It assumes:"), Items(self.model.assumptions)]
+            details.append(Section("Model", blocks))
         if self.document is not None:
             meanings = self.meanings if self.model is None else self.model.meanings
-            sections.append(
-                Section(
-                    "Inputs", list(tabulate_inputs(self.document, meanings, self.displayed_inputs))
-                )
-            )
+            inputs = tabulate_inputs(self.document, meanings, self.displayed_inputs)
+            details.append(Section("Inputs", list(inputs)))
         if provenance := self._provenance:
-            sections.append(provenance_section(provenance))
+            details.append(provenance_section(provenance))
         if command := process.format_command():
-            sections.append(Section("Reproduce", [Command(command)]))
+            details.append(Section("Reproduce", [Command(command)]))
         subtitle = "" if self.document is None else self.document.description
-        return render_page(self.title, sections, subtitle, lead=lead)
+        return render_page(self.title, main, subtitle, lead=lead, details=details)
 
     def write(self, out: Path, progress: Listener | None = None) -> None:
         """Write summary.json, tables, figures, texts and report.html, all or none.
@@ -303,11 +302,31 @@ class ResultPresentation:
         console.result(self.record, lambda: self._print(console))
 
     def _print(self, console: Console) -> None:
-        for sentence in filter(None, (self.title, self.conclusion)):
+        for sentence in filter(None, (self.title, *self.failures, self.conclusion)):
             print_sentence(sentence)
         print()
         for section in self.sections:
             print_section(console, section)
+
+
+MAIN_LINES = 2 * PAGE_LINES
+"""Height of the sections in the main part of a page, in rows of a table: three printed sheets, of
+which conclusion, key figures and picture fill the first.
+"""
+
+
+def split_sections(sections: Sequence[Section]) -> tuple[list[Section], list[Section]]:
+    """Return the sections of the main part, which three printed sheets have room for, and the
+    others.
+    """
+    main: list[Section] = []
+    details: list[Section] = []
+    room = MAIN_LINES
+    for section in sections:
+        fits = not section.detail and section.lines <= room
+        (main if fits else details).append(section)
+        room -= section.lines if fits else 0
+    return main, details
 
 
 MOST_KEY_FIGURES = 3
@@ -396,6 +415,46 @@ def list_warning_sections(warnings: Sequence[str | WarningRecord]) -> list[Secti
         if warnings
         else []
     )
+
+
+def describe_failure(
+    name: str,
+    value: float | None,
+    limit: tuple[float | None, float | None],
+    unit: str,
+    place: str = "",
+) -> str:
+    """Return the sentence on a requirement that its value fails, whose `limit` is at least and at
+    most; `place` is the angle.
+
+    >>> describe_failure("depth", 28.53, (50.0, None), "mm", "152.8 deg")
+    'Fails: depth is 28.53 mm at 152.8 deg, and must be at least 50 mm (21.47 mm short).'
+    >>> describe_failure("tilt", 12.0, (None, 10.0), "deg")
+    'Fails: tilt is 12 deg, and must be at most 10 deg (2 deg over).'
+    """
+    lower, upper = limit
+    unit = f" {unit}" if unit not in ("", "1") else ""
+    where = f" at {place}" if place else ""
+    if value is None:
+        return f"Fails: {name} has no value{where}."
+    is_over = upper is not None and value > upper
+    bound, words, excess = (upper, "most", "over") if is_over else (lower, "least", "short")
+    stated = f"Fails: {name} is {value:.4g}{unit}{where}"
+    if bound is None:
+        return f"{stated}."
+    amount = f"{abs(value - bound):.4g}{unit} {excess}"
+    return f"{stated}, and must be at {words} {bound:.6g}{unit} ({amount})."
+
+
+MOST_FAILURES = 4
+"""Requirements that fail, each with a sentence of its own; more are counted."""
+
+
+def shorten_failures(sentences: Sequence[str]) -> list[str]:
+    """Return the first failures, and how many others there are."""
+    rest = len(sentences) - MOST_FAILURES
+    more = [f"{rest} more fail, as the table shows."] if rest > 0 else []
+    return [*sentences[:MOST_FAILURES], *more]
 
 
 def describe_violations(

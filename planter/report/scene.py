@@ -50,12 +50,16 @@ class Body:
 
 @dataclass(frozen=True)
 class Point:
-    """A point (n,) [mm] of the machine; its path over the cycle is drawn if `traced`."""
+    """A point (n,) [mm] of the machine; its path over the cycle is drawn if `traced`.
+
+    A `hidden` one is a corner of a chain, without a mark of its own.
+    """
 
     name: str
     x: float | Array
     y: float | Array
     traced: bool = False
+    hidden: bool = False
 
 
 @dataclass(frozen=True)

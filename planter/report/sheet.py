@@ -119,7 +119,57 @@ class Angle:
         )
 
 
-Mark = Spot | Length | Angle
+@dataclass(frozen=True)
+class Arrow:
+    """A force at a point (2,) [mm], drawn as a `vector` (2,) [mm], with a text of its own."""
+
+    names: Sequence[str]
+    at: Array
+    vector: Array
+    text: str
+    colour: str
+
+    @property
+    def anchor(self) -> Array:
+        """End (2,) [mm] of the line to the text."""
+        return np.asarray(self.at) + 0.7 * np.asarray(self.vector)
+
+    def outline(self) -> Array:
+        """Return both ends (2, 2) [mm]."""
+        return np.array([self.at, np.asarray(self.at) + self.vector])
+
+
+@dataclass(frozen=True)
+class Couple:
+    """A moment about a point (2,) [mm], drawn as an arc by an angle `turn` [deg] with a text of its
+    own.
+    """
+
+    names: Sequence[str]
+    at: Array
+    turn: float
+    radius: float
+    text: str
+    colour: str
+
+    @property
+    def anchor(self) -> Array:
+        """End (2,) [mm] of the line to the text."""
+        return self.outline()[CORNERS // 2]
+
+    def outline(self) -> Array:
+        """Return the points (k, 2) [mm] of the arc."""
+        angles = np.radians(90.0 - self.turn / 2 + np.linspace(0, self.turn, CORNERS))
+        arc = np.column_stack([np.cos(angles), np.sin(angles)])
+        return np.asarray(self.at) + self.radius * arc
+
+
+Mark = Spot | Length | Angle | Arrow | Couple
+
+
+def label_mark(mark: Mark) -> str:
+    """Return the text of a mark: its own, or its names for mathtext."""
+    return mark.text if isinstance(mark, Arrow | Couple) else set_names(mark.names)
 
 
 def direction_angle(start: Array, end: Array) -> float:
@@ -198,7 +248,7 @@ def draw_figure(sheet: Sheet) -> Figure:
     """Return the drawing of a sheet with all its names."""
     picture, frame = Picture(sheet.scene), _frame(sheet)
     column = max(
-        COLUMN, LETTER * (5 + max(len(name) for mark in sheet.marks for name in mark.names))
+        COLUMN, LETTER * (5 + max(len(text) for mark in sheet.marks for text in _list_texts(mark)))
     )
     wide = style.WIDTH - 2 * column
     rows = -(-len(sheet.marks) // 2) + 1
@@ -216,8 +266,13 @@ def draw_figure(sheet: Sheet) -> Figure:
     for mark, anchor, position in zip(
         sheet.marks, anchors, place_labels(anchors, LINE, tall), strict=True
     ):
-        _name(axes, set_names(mark.names), anchor.tolist(), position)
+        _name(axes, label_mark(mark), anchor.tolist(), position)
     return labelled
+
+
+def _list_texts(mark: Mark) -> Sequence[str]:
+    """Return what stands in the column of a mark, without the signs of mathtext."""
+    return [re.sub(r"[$_{}]", "", mark.text)] if isinstance(mark, Arrow | Couple) else mark.names
 
 
 def _frame(sheet: Sheet) -> Frame:
@@ -238,19 +293,21 @@ def _marks(axes: Axes, sheet: Sheet) -> None:
         elif isinstance(mark, Length):
             axes.plot(*points.T, "-", color=style.INK, linewidth=0.9, marker="|", markersize=5)
         elif isinstance(mark, Angle):
-            _arrow(axes, mark)
+            for leg in mark.legs():
+                axes.plot(*leg.T, color=style.SOFT, linewidth=0.4, linestyle=(0, (6, 3)))
+            _arrow(axes, points, style.VERMILION, 0.9)
+        elif isinstance(mark, Arrow | Couple):
+            _arrow(axes, points, mark.colour, 1.4)
+            axes.plot(*np.asarray(mark.at), "o", color=style.INK, markersize=2.5)
 
 
-def _arrow(axes: Axes, mark: Angle) -> None:
-    """Draw the arc with an arrow at its end, and its legs in a pale colour."""
-    for leg in mark.legs():
-        axes.plot(*leg.T, color=style.SOFT, linewidth=0.4, linestyle=(0, (6, 3)))
-    points = mark.outline()
-    axes.plot(*points.T, color=style.VERMILION, linewidth=0.9)
+def _arrow(axes: Axes, points: Array, colour: str, width: float) -> None:
+    """Draw a line through points (k, 2) [mm] with an arrow at its end."""
+    axes.plot(*points.T, color=colour, linewidth=width)
     head = {
         "arrowstyle": "-|>,head_length=0.35,head_width=0.13",
-        "color": style.VERMILION,
-        "linewidth": 0.9,
+        "color": colour,
+        "linewidth": width,
         "shrinkA": 0,
         "shrinkB": 0,
     }

@@ -23,7 +23,8 @@ from ...functions import Polynomial, clip
 from ...influence import Influence, flatten_products, side_share
 from ...mechanics.bodies import kinetic_energy, potential_energy
 from ...mechanics.contacts import GearContact, SharedContact
-from ...mechanics.driven_motion import Sides
+from ...mechanics.driven_motion import Sides, solve_forces
+from ...mechanics.free_bodies import list_loads
 from ...mechanics.mechanism import Mechanism
 from ...model import ClosedForm, Effects, Lane, Let, System, join_entries
 from ...quantity import Quantity, Vector, read_quantities
@@ -297,8 +298,42 @@ def build_drive_system() -> System:
     )
 
 
+ACROSS_SHAFTS = ("x", "y")
+"""Axes of places of loads: along the shafts no input says where the outer half of the nozzle is."""
+
+
+def build_bodies_system() -> System:
+    """Build the loads on all bodies: of side 1, of both sides on sun and carrier, in the order of
+    `derive.mechanics.free_bodies.list_loads`.
+    """
+    m = derivation.build_device()
+    loads = list_loads(m)
+    shared = {body.name for body in m.shared}
+    components = [
+        (load, step)
+        for number, load in enumerate(loads, 1)
+        for step in load.list_components(number, ACROSS_SHAFTS)
+    ]
+    common = [step for load, step in components if load.body in shared and not load.twice]
+    of_side = [step for _, step in components if step not in common]
+    m.reports += common
+    sides = Sides(
+        q.twin, tuple(step.symbol for step in of_side), tuple(step.symbol for step in common)
+    )
+    lane = m.twin_lane(sides, q.INPUTS, forces=(*solve_forces(m), *of_side))
+    return System(
+        "planting_bodies",
+        "Planting device, loads on its bodies",
+        "derived (Newton-Euler)",
+        derivation.ASSUMPTIONS,
+        lane,
+        loads=tuple(load.describe() for load in loads),
+    )
+
+
 SYSTEMS = (
     build_support_system,
     build_relaxed_system,
     build_drive_system,
+    build_bodies_system,
 )

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
@@ -116,6 +116,20 @@ class NamedConstraint:
     step: float = 1.0
 
 
+class ConstraintReading(NamedTuple):
+    """Value of a constraint at a design, and the limit on the side where that is violated or
+    nearest, in the constraint's unit.
+
+    `key` is what is written before the limit; `sign` is +1 for an upper limit and -1 for a lower
+    one.
+    """
+
+    value: float
+    limit: float
+    key: str
+    sign: int
+
+
 class Constraints(Protocol):
     """Constraints lower <= g(x) <= upper with k components in steps, for designs x (p,).
 
@@ -168,6 +182,10 @@ class Constraints(Protocol):
         """Equality constraints, or None without constraints."""
         rows = np.flatnonzero(self.even)
         return ConstraintSubset(self, rows) if len(rows) else None
+
+    def read(self, x: Array) -> Sequence[ConstraintReading | None]:
+        """Return the reading of each kind at a design x (p,), None where a kind has no value."""
+        return [None] * len(self.kinds)
 
     def excess(self, x: Array) -> Array:
         """Return the violation of each kind in steps, 0 if satisfied, (kinds,)."""
@@ -242,6 +260,10 @@ class JoinedConstraints(Constraints):
     def equations(self) -> Constraints | None:
         parts = [equations for part in self.parts if (equations := part.equations) is not None]
         return join_constraints(parts)
+
+    def read(self, x: Array) -> Sequence[ConstraintReading | None]:
+        """Return the readings of the kinds of all parts at a design x (p,)."""
+        return [reading for part in self.parts for reading in part.read(x)]
 
     def values(self, x: Array) -> Array:
         """Return the constraint values (c,) at a design x (p,)."""

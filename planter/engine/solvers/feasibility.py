@@ -6,7 +6,8 @@ The elastic programme over z = (u, s) has a slack s >= 0 in steps for each kind 
     the box.
 
 The sum has few terms at its minimum. If more than one remains, each is relaxed alone with the
-others satisfied. Kinds that are not relaxable have no slack.
+others satisfied. Kinds that are not relaxable have no slack. Where only a feasible point is asked
+for, the first iterate that is one ends the programme.
 """
 
 from __future__ import annotations
@@ -29,12 +30,29 @@ VIOLATION_ROUNDING = 1e-6
 MAX_ELASTIC_ITERATIONS, MAX_ROW_ROUNDS = 80, 10
 
 
+class FeasibleIterate(Exception):
+    """A point u (p,) of a programme under way that satisfies all constraints."""
+
+    def __init__(self, u: Array) -> None:
+        super().__init__()
+        self.u = u
+
+
 class ElasticProgram:
-    """Elastic `NonlinearProgram`; `giving` (kinds,) flags the relaxable kinds."""
+    """Elastic `NonlinearProgram`; `giving` (kinds,) flags the relaxable kinds.
+
+    If it `stops`, its constraints raise FeasibleIterate at the first feasible point.
+    """
 
     def __init__(
-        self, problem: Problem, constraints: Constraints, start: Array, giving: Flags
+        self,
+        problem: Problem,
+        constraints: Constraints,
+        start: Array,
+        giving: Flags,
+        stops: bool = False,
     ) -> None:
+        self._true, self._stops = constraints, stops
         constraints = constraints.at(problem.design(start))
         self.problem, self.constraints, self.u = problem, constraints, start
         self.p, self.kinds = len(start), len(giving)
@@ -71,9 +89,12 @@ class ElasticProgram:
         try:
             rows = c.values(self._x(z))
             excess = np.maximum(rows - c.upper, c.lower - rows)
-            self.problem.record_violation(
-                self.problem.box.inside(z[: self.p]), float(excess.max(initial=0.0))
-            )
+            u, worst = self.problem.box.inside(z[: self.p]), int(excess.argmax())
+            violation = max(float(excess[worst]), 0.0)
+            self.problem.record_violation(u, violation, c.kinds[c.owner[worst]].name)
+            is_feasible = violation <= FEASIBILITY_TOLERANCE and self._stops
+            if is_feasible and self._true.violation(self._x(u)) <= FEASIBILITY_TOLERANCE:
+                raise FeasibleIterate(u)
         except ComputationError:
             rows = np.full(c.count, np.nan)
         beyond = [
@@ -123,24 +144,45 @@ class ViolationMinimum:
 
     @property
     def is_feasible(self) -> bool:
-        return float(self.excess.max()) <= FEASIBILITY_TOLERANCE
+        return float(self.excess.max(initial=0.0)) <= FEASIBILITY_TOLERANCE
 
 
 def minimise_violation(
     problem: Problem, constraints: Constraints, start: Array
 ) -> ViolationMinimum:
     """Return the smallest violation reached from a point u (p,), of a single kind if possible."""
+    return relax_single_kind(problem, constraints, approach_limits(problem, constraints, start))
+
+
+def approach_limits(
+    problem: Problem, constraints: Constraints, start: Array, stops: bool = False
+) -> ViolationMinimum:
+    """Return the smallest sum of violations reached from a point u (p,), or, if the search
+    `stops`, the first feasible point on the way there.
+    """
+    try:
+        minimum = _solve_elastic(problem, constraints, start, constraints.giving, stops)
+        for _ in range(
+            MAX_ROW_ROUNDS if constraints.windows else 0
+        ):  # rows near a start are not those near the end
+            if minimum.is_feasible:
+                break
+            following = _solve_elastic(problem, constraints, minimum.u, constraints.giving, stops)
+            if following.total >= minimum.total * (1 - VIOLATION_ROUNDING):
+                break
+            minimum = following
+    except FeasibleIterate as end:
+        return ViolationMinimum(end.u, np.zeros(len(constraints.kinds)), stationary=True)
+    return minimum
+
+
+def relax_single_kind(
+    problem: Problem, constraints: Constraints, minimum: ViolationMinimum
+) -> ViolationMinimum:
+    """Return the smallest violation of a single kind near one of several, or that one if no single
+    kind suffices.
+    """
     kinds = np.arange(len(constraints.kinds))
-    minimum = _solve_elastic(problem, constraints, start, constraints.giving)
-    for _ in range(
-        MAX_ROW_ROUNDS if constraints.windows else 0
-    ):  # rows near a start are not those near the end
-        if minimum.is_feasible:
-            break
-        following = _solve_elastic(problem, constraints, minimum.u, constraints.giving)
-        if following.total >= minimum.total * (1 - VIOLATION_ROUNDING):
-            break
-        minimum = following
     broken = np.flatnonzero((minimum.excess > VIOLATION_ROUNDING) & constraints.giving)
     if len(broken) < 2:
         return minimum
@@ -154,9 +196,9 @@ def minimise_violation(
 
 
 def _solve_elastic(
-    problem: Problem, constraints: Constraints, start: Array, giving: Flags
+    problem: Problem, constraints: Constraints, start: Array, giving: Flags, stops: bool = False
 ) -> ViolationMinimum:
-    programme = ElasticProgram(problem, constraints, start, giving)
+    programme = ElasticProgram(problem, constraints, start, giving, stops)
     solution = ipopt.solve_program(programme, programme.start, MAX_ELASTIC_ITERATIONS)
     u = problem.box.inside(solution.z[: len(start)])
     try:

@@ -28,7 +28,7 @@ import numpy as np
 from planter.engine.solvers import certificate, ipopt, sqp
 from planter.engine.solvers.constraints import FEASIBILITY_TOLERANCE, ConstrainedModel
 from planter.engine.solvers.epigraph import Epigraph
-from planter.engine.solvers.feasibility import minimise_violation
+from planter.engine.solvers.feasibility import ViolationMinimum, approach_limits
 from planter.engine.solvers.objective import BreakpointHold, Kinks, LocalModel, ObjectiveEvaluation
 from planter.engine.solvers.problem import BestPoint, ClosestPoint, Counts, Problem
 from planter.engine.solvers.sampled_cycle import WALL_MARGIN
@@ -267,60 +267,73 @@ class Descent:
     glides: bool = False
 
 
-def list_descents(problem: Problem, count: int, seed: int) -> list[Descent]:
-    """Return the descents from sampled starts, of which every other one glides.
+def list_descents(starts: Sequence[Array]) -> list[Descent]:
+    """Return the descents from starts u (p,), of which every other one glides.
 
     Searches of one kind may all end in a minimum that is none for the other: only where both kinds
     agree does the agreement of starts mean something.
     """
-    return [
-        Descent(start, k % 2 == 1) for k, start in enumerate(sample_starts(problem, count, seed))
-    ]
+    return [Descent(start, k % 2 == 1) for k, start in enumerate(starts)]
+
+
+@dataclass(frozen=True)
+class Approach:
+    """The job of a search for a feasible point from a start u (p,)."""
+
+    start: Array
 
 
 def select_start(problem: Problem, start: Array) -> Array:
-    """Return a start on the equality constraints or, if it is infeasible, the nearest minimum of
-    the violation.
+    """Return a start on the equality constraints or, if it is infeasible, a feasible point or the
+    smallest violation reached from there.
     """
-    start = problem.onto(start)
-    if problem.constraints is None or problem.is_feasible(start):
-        return start
-    return minimise_violation(problem, problem.constraints, start).u
+    return approach_feasible(problem, start).u
+
+
+def approach_feasible(problem: Problem, start: Array) -> ViolationMinimum:
+    """Return a point u (p,) projected onto the equality constraints if that is feasible, else the
+    first feasible point or the smallest violation that a search from there reaches.
+    """
+    start, constraints = problem.onto(start), problem.constraints
+    if constraints is None or problem.is_feasible(start):
+        kinds = 0 if constraints is None else len(constraints.kinds)
+        return ViolationMinimum(start, np.zeros(kinds), stationary=True)
+    return approach_limits(problem, constraints, start, stops=True)
 
 
 @dataclass(frozen=True)
 class SearchRecord:
-    """The minimum or the error of a local search, with its counts, best point, history and closest
-    point.
-    """
+    """The end or the error of a search, with its counts, best point, history and closest point."""
 
-    end: LocalMinimum | ComputationError
+    end: LocalMinimum | ViolationMinimum | ComputationError
     counts: Counts
     best: BestPoint | None
     history: list[tuple[int, float]]
     closest: ClosestPoint | None
 
-    def join(self, problem: Problem) -> LocalMinimum | ComputationError:
+    def join(self, problem: Problem) -> LocalMinimum | ViolationMinimum | ComputationError:
         """Add counts, best point, history and closest point to a problem and return the end."""
         problem.absorb(self.counts, self.best, self.history, self.closest)
         return self.end
 
 
-def run_search(problem: Problem, descent: Descent) -> SearchRecord:
-    """Return the local search of a worker, on a copy of the problem."""
+def run_search(problem: Problem, job: Descent | Approach) -> SearchRecord:
+    """Return the search of a worker, on a copy of the problem."""
     problem = problem.anew()
-    end = _descend(problem, descent)
+    end = _run_job(problem, job)
     return SearchRecord(end, problem.counts, problem.best, problem.history, problem.closest)
 
 
-def _descend(problem: Problem, descent: Descent) -> LocalMinimum | ComputationError:
-    """Return the minimum from a start, or the error, independently of earlier searches."""
+def _run_job(
+    problem: Problem, job: Descent | Approach
+) -> LocalMinimum | ViolationMinimum | ComputationError:
+    """Return what a job reaches, or the error, independently of earlier searches."""
     problem.restart()
     try:
-        start = select_start(problem, descent.start)
-        return search_locally(
-            problem, glide_over_samples(problem, start) if descent.glides else start
-        )
+        if isinstance(job, Approach):
+            return approach_feasible(problem, job.start)
+        start = select_start(problem, job.start)
+        return search_locally(problem, glide_over_samples(problem, start) if job.glides else start)
     except ComputationError as error:
         return error
 
@@ -334,8 +347,67 @@ def search_from_starts(
     means: Means = AUTO,
 ) -> Iterator[LocalMinimum]:
     """Yield the local minima from `count` sampled points of the box; see `find_minima`."""
+    descents = list_descents(sample_starts(problem, count, seed))
     phase = ProgressPhase("ipopt", "start", count, progress)
-    return find_minima(problem, list_descents(problem, count, seed), phase, task, means)
+    return find_minima(problem, descents, phase, task, means)
+
+
+def find_violation_minima(
+    problem: Problem,
+    starts: Sequence[Array],
+    progress: Listener | None = None,
+    task: Task | None = None,
+    means: Means = AUTO,
+) -> Iterator[ViolationMinimum | None]:
+    """Yield a feasible point, or else the smallest violation, from each start u (p,), None from one
+    without values.
+
+    The progress names what the closest point so far violates most. Raises ComputationError if no
+    start has values.
+    """
+    phase = ProgressPhase("limits", "start", len(starts), progress)
+    problem.heard = lambda _: phase.report_if_slow(None, describe_closest(problem))
+    error, feasible = None, 0
+    ends = run_in_order(
+        task,
+        [Approach(start) for start in starts],
+        means,
+        lambda job: _run_job(problem, job),
+        lambda record: record.join(problem),
+        lambda: phase.report_if_slow(None, describe_closest(problem)),
+    )
+    errors = 0
+    for done, end in enumerate(ends, 1):
+        if isinstance(end, ComputationError):
+            error, errors = end, errors + 1
+            yield None
+        else:
+            feasible += end.is_feasible
+            yield end
+        note = f"{feasible} feasible" if feasible else describe_closest(problem)
+        phase.report(done, note)
+    if error is not None and errors == len(starts):
+        raise ComputationError(f"no start leads anywhere: {error.message}")
+
+
+def describe_closest(problem: Problem) -> str:
+    """Return which constraint the closest point so far violates most, and by how much in its
+    unit.
+    """
+    closest, constraints = problem.closest, problem.constraints
+    if closest is None or constraints is None:
+        return ""
+    kinds = {kind.name: kind for kind in constraints.kinds}
+    if closest.constraint not in kinds:
+        return f"largest violation {closest.violation:.3g} steps"
+    kind = kinds[closest.constraint]
+    amount = closest.violation * kind.step
+    return f"{kind.name} violated by {format_amount(amount, kind.unit)}"
+
+
+def format_amount(value: float, unit: str) -> str:
+    """Return a number of three digits with its unit, which may be 1."""
+    return f"{value:.3g}" if unit in ("", "1") else f"{value:.3g} {unit}"
 
 
 def find_minima(
@@ -356,7 +428,7 @@ def find_minima(
         task,
         descents,
         means,
-        lambda descent: _descend(problem, descent),
+        lambda descent: _run_job(problem, descent),
         lambda record: record.join(problem),
         lambda: phase.report_if_slow(problem.best_objective),
     )

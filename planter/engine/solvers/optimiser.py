@@ -1,16 +1,21 @@
 """Genetic algorithm, local searches from several starts, and their combination.
 
 The genetic algorithm encodes each independent parameter as a binary number of `bits_per_variable`
-digits over its box. A generation has `selection_ratio` times the population as offspring, by binary
-tournament, single-point crossover and bit flips; these replace all but the best individuals
-(elitist reinsertion). Wang et al. (2017, 3.4) publish the settings; the tournament, the single
-point and the binary code are our interpretation, with textbook operators (Goldberg 1989, Genetic
-Algorithms in Search, Optimization, and Machine Learning).
+digits over its box. A generation has `selection_ratio` times the population as offspring, by
+selection, single-point crossover and bit flips; these replace all but the best individuals (elitist
+reinsertion). Wang et al. (2017, 3.4) publish the settings; the operators are our interpretation.
+`selection` names how parents are chosen: by binary tournament, the default (Goldberg 1989, Genetic
+Algorithms in Search, Optimization, and Machine Learning), or by linear ranking and stochastic
+universal sampling (Baker 1987, Reducing bias and inefficiency in the selection algorithm), which
+together with the other three are the usual operators of the toolboxes for MATLAB of the time.
 
 The method `ga` is the genetic algorithm, `ipopt` runs local searches from several starts, and
 `hybrid` runs both, adds local searches from the best individuals and returns the best point. With
 the same seed, it is never worse than either. `auto` runs the local searches, and the rest of
 `hybrid` only where fewer than a third of the starts agree on the optimum.
+
+Under constraints, every method first looks for feasible points from all starts, with no regard to
+the objective; where there is none, nothing else is run.
 """
 
 from __future__ import annotations
@@ -25,28 +30,44 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planter.engine.solvers.constraints import FEASIBILITY_TOLERANCE
+from planter.engine.solvers.feasibility import ViolationMinimum
 from planter.engine.solvers.local_search import (
     AGREEMENT_TOLERANCE,
     DEFAULT_STARTS,
     Descent,
     LocalMinimum,
     find_minima,
+    find_violation_minima,
     list_descents,
-    search_from_starts,
+    sample_starts,
 )
 from planter.engine.solvers.problem import BestPoint, ClosestPoint, Problem
-from planter.engine.solvers.result import EvaluationCounts, OptimiserResult, build_result
+from planter.engine.solvers.result import (
+    EvaluationCounts,
+    NoFeasiblePointError,
+    OptimiserResult,
+    build_result,
+)
 from planter.errors import ComputationError
-from planter.kernels import Array
+from planter.kernels import Array, Integers
 from planter.progress import Listener, ProgressPhase
+from planter.report.labels import count_things
 from planter.task import AUTO, Means, Task
 
 Bits = NDArray[np.bool_]
 
 
+Selection = Literal["tournament", "ranking"]
+"""How parents are chosen: the better of two drawn at random, or by stochastic universal sampling of
+linear ranks.
+"""
+SELECTIVE_PRESSURE = 2.0
+"""Expected number of offspring's parents that the best of a ranked population is, over the mean."""
+
+
 class GeneticSettings(Protocol):
-    """Size of the population, number of generations, digits of a parameter, shares and
-    probabilities.
+    """Size of the population, number of generations, digits of a parameter, shares, probabilities,
+    and how parents are chosen (None: by tournament).
     """
 
     @property
@@ -61,6 +82,8 @@ class GeneticSettings(Protocol):
     def crossover_probability(self) -> float: ...
     @property
     def mutation_probability(self) -> float: ...
+    @property
+    def selection(self) -> Selection | None: ...
 
 
 @dataclass(frozen=True)
@@ -107,16 +130,13 @@ def breed_offspring(
     """Return chromosomes (count, bits) of the offspring of a population (n, bits) with merits (n,)
     to be minimised.
 
-    Every parent is the better of two individuals drawn at random. Two parents exchange what follows
-    a random digit, with the probability of crossover; then every digit flips with the probability
-    of mutation.
+    Parents are chosen as the settings say. Two parents exchange what follows a random digit, with
+    the probability of crossover; then every digit flips with the probability of mutation.
     """
     pairs = (count + 1) // 2
-    rivals = random.integers(len(chromosomes), size=(2, pairs, 2))
-    winners = np.where(
-        merits[rivals[..., 1]] < merits[rivals[..., 0]], rivals[..., 1], rivals[..., 0]
-    )
-    first, second = chromosomes[winners[0]], chromosomes[winners[1]]
+    select = sample_ranks if settings.selection == "ranking" else hold_tournaments
+    parents = select(random, merits, 2 * pairs).reshape(2, pairs)
+    first, second = chromosomes[parents[0]], chromosomes[parents[1]]
     bits = chromosomes.shape[1]
     cuts = random.integers(1, bits, size=(pairs, 1))
     crosses = random.random((pairs, 1)) < settings.crossover_probability
@@ -125,6 +145,30 @@ def breed_offspring(
         :count
     ]
     return children ^ (random.random(children.shape) < settings.mutation_probability)
+
+
+def hold_tournaments(random: np.random.Generator, merits: Array, count: int) -> Integers:
+    """Return the indices (count,) of parents, each the better of two individuals drawn at random,
+    for merits (n,) to be minimised.
+    """
+    rivals = random.integers(len(merits), size=(count, 2))
+    return np.where(merits[rivals[:, 1]] < merits[rivals[:, 0]], rivals[:, 1], rivals[:, 0])
+
+
+def sample_ranks(random: np.random.Generator, merits: Array, count: int) -> Integers:
+    """Return the indices (count,) of parents in random order by stochastic universal sampling: the
+    expected number of an individual falls linearly from its best to its worst merit (n,), and each
+    is chosen as often as that, rounded down or up.
+    """
+    size = len(merits)
+    ranks = np.empty(size)
+    ranks[np.argsort(merits, kind="stable")] = np.linspace(
+        SELECTIVE_PRESSURE, 2 - SELECTIVE_PRESSURE, size
+    )
+    ends = np.cumsum(ranks) * (count / size)
+    pointers = random.random() + np.arange(count)
+    chosen = np.minimum(np.searchsorted(ends, pointers, side="right"), size - 1)
+    return random.permutation(chosen)
 
 
 def _evaluate(problem: Problem, chromosomes: Bits, length: int) -> Array:
@@ -189,8 +233,11 @@ class OptimiserRun:
         self.settings, self.seed, self.starts, self.progress = settings, seed, starts, progress
         self.ga, self.ipopt, self.polish = (problem.anew() for _ in range(3))
         self.minima: list[LocalMinimum] = []
+        self.violations: list[ViolationMinimum] = []
+        self.descents: list[Descent] = []
         self.begun = time.perf_counter()
         self._candidates: list[Array] = []
+        self._has_bred = False
 
     def run(self, method: Method, candidates: Sequence[Array] = ()) -> OptimiserResult:
         """Return the best of the points that the method reaches and of feasible candidates u (p,).
@@ -198,7 +245,9 @@ class OptimiserRun:
         Raises NoFeasiblePointError if no point is feasible, ComputationError if every local search
         fails.
         """
-        self._candidates, reached = list(candidates), list(candidates)
+        self._candidates = list(candidates)
+        self._find_feasible_starts(method)
+        reached = list(self._candidates)
         individuals = self._search_genetically() if method in ("ga", "hybrid") else []
         if method != "ga":
             self._descend()
@@ -231,15 +280,56 @@ class OptimiserRun:
         met = [problem.closest for problem in self._problems if problem.closest is not None]
         return min(met, key=lambda closest: closest.violation, default=None)
 
+    def describe(self, method: Method) -> str:
+        """Return in a sentence what a method has run, and why."""
+        count = len(self.descents)
+        local = f"local searches from {count_things(count, 'start')}"
+        if method == "ga":
+            return "genetic algorithm alone, as asked for"
+        if method == "ipopt":
+            return f"{local} alone, as asked for"
+        genetic = "the genetic algorithm and local searches from its best individuals"
+        if method == "hybrid":
+            return f"{local}, {genetic}, as asked for"
+        agreeing = self._count_agreeing()
+        share = f"{agreeing} of {count} agree on the best"
+        if self._has_bred:
+            return f"{local}, then {genetic}, since only {share}"
+        return f"{local} alone: {share}, so the genetic algorithm was not needed"
+
+    def _find_feasible_starts(self, method: Method) -> None:
+        """List the descents, from feasible points where there are constraints; these are candidates
+        too.
+
+        Raises NoFeasiblePointError if a search from each start ends at a violation.
+        """
+        starts = sample_starts(self.ipopt, self.starts, self.seed)
+        if self.ipopt.constraints is None:
+            self.descents = list_descents(starts)
+            return
+        ends = find_violation_minima(self.ipopt, starts, self.progress, self.task, self.means)
+        descents = list_descents(starts)
+        for end, descent in zip(ends, descents, strict=False):
+            if end is None:
+                continue
+            if not end.is_feasible:
+                self.violations.append(end)
+                continue
+            self._candidates.append(end.u)
+            self.descents.append(replace(descent, start=end.u))
+            if method == "ga":  # one is enough
+                break
+        if not self._candidates:
+            raise NoFeasiblePointError([end.u for end in self.violations])
+
     def _search_genetically(self) -> list[Individual]:
+        self._has_bred = True
         self.ga.restart()
         return search_genetically(self.ga, self.settings, self.seed, self.progress)
 
     def _descend(self) -> None:
-        minima = search_from_starts(
-            self.ipopt, self.starts, self.seed, self.progress, self.task, self.means
-        )
-        for minimum in minima:
+        phase = ProgressPhase("ipopt", "start", len(self.descents), self.progress)
+        for minimum in find_minima(self.ipopt, self.descents, phase, self.task, self.means):
             self.minima.append(minimum)
         self._repeat_descents()
 
@@ -248,13 +338,19 @@ class OptimiserRun:
         cannot be told apart.
         """
         reached = [m.objective for m in self.minima if m.violation <= FEASIBILITY_TOLERANCE]
-        if len(self.minima) < self.starts or not reached:
+        if len(self.minima) < len(self.descents) or not reached:
             return []
         limit = min(reached) + AGREEMENT_TOLERANCE * self.ipopt.scale
         return [k for k, minimum in enumerate(self.minima) if minimum.objective > limit]
 
     def _starts_disagree(self) -> bool:
-        return self.starts - len(self._list_disagreeing()) < SHARE_AGREEING * self.starts
+        return self._count_agreeing() < SHARE_AGREEING * len(self.descents)
+
+    def _count_agreeing(self) -> int:
+        """Return how many descents ended at the best objective."""
+        reached = [m.objective for m in self.minima if m.violation <= FEASIBILITY_TOLERANCE]
+        limit = min(reached, default=0.0) + AGREEMENT_TOLERANCE * self.ipopt.scale
+        return sum(objective <= limit for objective in reached)
 
     def _repeat_descents(self) -> None:
         """Repeat the descents that ended above the best, with a glide if they had none, else
@@ -265,7 +361,7 @@ class OptimiserRun:
         again = self._list_disagreeing()
         if not again:
             return
-        descents = list_descents(self.ipopt, self.starts, self.seed)
+        descents = self.descents
         phase = ProgressPhase("ipopt again", "start", len(again), self.progress)
         repeated = [replace(descents[k], glides=not descents[k].glides) for k in again]
         with suppress(ComputationError):
@@ -296,4 +392,5 @@ class OptimiserRun:
             evaluations=EvaluationCounts(**vars(counts)),
             seconds=time.perf_counter() - self.begun,
             history=history,
+            searches=self.describe(method),
         )

@@ -72,10 +72,13 @@ class BestPoint:
 
 @dataclass(frozen=True)
 class ClosestPoint:
-    """A point u (p,) and its largest violation of a constraint, in steps."""
+    """A point u (p,) and its largest violation of a constraint, in steps; `constraint` names that
+    one if it is known.
+    """
 
     u: Array
     violation: float
+    constraint: str = ""
 
 
 @dataclass
@@ -113,6 +116,14 @@ class Problem:
             None,
         )
         return fresh
+
+    def with_box(self, lower: Array, upper: Array, u: Array) -> Self:
+        """Return a copy within other bounds (p,) on designs, whose initial design is that at a
+        point u (p,) of this one.
+        """
+        other = self.anew()
+        other.box = DesignBox.shares(self.box.names, lower, upper, self.design(u))
+        return other
 
     def restart(self) -> None:
         """Discard the state of earlier evaluations, so that the next one does not depend on them to
@@ -253,19 +264,19 @@ class Problem:
             self.heard(self.best_objective)
         return evaluation
 
-    def record_violation(self, u: Array, violation: float) -> None:
+    def record_violation(self, u: Array, violation: float, constraint: str = "") -> None:
         """Record a point u (p,) by the largest violation of a constraint alone, in steps, 0 if all
-        are satisfied.
+        are satisfied; `constraint` names that one.
         """
-        self._keep_closest(u, violation)
+        self._keep_closest(u, violation, constraint)
         if self.heard is not None:
             self.heard(self.best_objective)
 
-    def _keep_closest(self, u: Array, violation: float) -> None:
+    def _keep_closest(self, u: Array, violation: float, constraint: str = "") -> None:
         if self.best is not None or not math.isfinite(violation):
             return
         if self.closest is None or violation < self.closest.violation:
-            self.closest = ClosestPoint(u.copy(), violation)
+            self.closest = ClosestPoint(u.copy(), violation, constraint)
 
     @property
     def best_objective(self) -> float | None:

@@ -143,10 +143,27 @@ def certify_candidates(
 
 
 @dataclass(frozen=True)
+class WiderOptimum(Record):
+    """The optimum of one local search within bounds twice as wide about an optimum, where these let
+    values keep their sign.
+
+    `bounds` are those of the values that were at a bound, by name, in the units of the file;
+    `active_bounds` is how many are active again.
+    """
+
+    objective: float
+    active_bounds: int
+    bounds: dict[str, list[float]]
+    design: dict[str, float]
+
+
+@dataclass(frozen=True)
 class OptimiserResult:
     """An optimum: `design` x (p,), its evaluation, certificate and cost.
 
-    `history` has an entry for each method that ran; `seconds` is the duration [s].
+    `history` has an entry for each method that ran; `seconds` is the duration [s]; `searches` says
+    in a sentence what ran, and why. `wider` is the optimum within wider bounds, None if no bound is
+    active or none was searched for.
     """
 
     method: str
@@ -158,6 +175,8 @@ class OptimiserResult:
     seconds: float
     certificate: OptimalityCertificate
     history: dict[str, History]
+    searches: str = ""
+    wider: WiderOptimum | None = None
 
     @property
     def objective(self) -> float:

@@ -25,13 +25,12 @@ from planter.text_files import parse_toml
 if TYPE_CHECKING:
     from ezdxf.document import Drawing
 
-Layer = Literal["TEETH", "PITCH", "BORE", "KEYWAY", "CENTRE", "CONTOUR"]
+Layer = Literal["TEETH", "PITCH", "BORE", "CENTRE", "CONTOUR"]
 _COLOURS: dict[Layer, int] = {
     "TEETH": 7,
     "CONTOUR": 7,
     "PITCH": 8,
     "BORE": 5,
-    "KEYWAY": 6,
     "CENTRE": 1,
 }
 _MM = 1e3
@@ -104,7 +103,6 @@ _STYLES: dict[Layer, str] = {
     "CONTOUR": "#1b2430",
     "PITCH": "#0072b2",
     "BORE": "#1b2430",
-    "KEYWAY": "#1b2430",
     "CENTRE": "#d55e00",
 }
 _THIN: frozenset[Layer] = frozenset({"PITCH", "CENTRE"})
@@ -215,12 +213,8 @@ class Bore:
     def lines(
         self, turn: float = 0.0, centre: tuple[float, float] = (0.0, 0.0)
     ) -> Iterator[DrawingLine]:
-        """Yield the circle of the bore, and the outline of the keyway, whose inner side lies on
-        it.
-        """
-        yield DrawingLine("BORE", build_circle(self.diameter / 2, centre))
-        if self.keyway is not None:
-            yield DrawingLine("KEYWAY", self._slot(self.keyway).moved(turn, centre))
+        """Yield the edge of the bore, which a keyway interrupts: one contour, as it is cut."""
+        yield DrawingLine("BORE", self.edge.moved(turn, centre))
 
     def _slot(self, keyway: Keyway) -> Arcs:
         half, radius = keyway.width / 2, self.diameter / 2

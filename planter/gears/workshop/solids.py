@@ -7,8 +7,11 @@ Open CASCADE comes with the extra `planter[step]` and is loaded with the first s
 from __future__ import annotations
 
 import io
+import os
 import re
+import time
 from collections.abc import Callable, Iterator, Sequence
+from datetime import UTC, datetime
 from importlib import import_module
 from itertools import pairwise
 from typing import Any
@@ -20,6 +23,7 @@ from planter.errors import ComputationError, InputError
 from planter.gears.geometry.pieces import Piece
 from planter.gears.workshop.arcs import Arcs, interpolate_arcs
 from planter.kernels import Array
+from planter.version import __version__
 
 SpaceCurve = Callable[[Array], Array]
 TOLERANCE = 2e-7
@@ -27,8 +31,12 @@ TOLERANCE = 2e-7
 _MM = 1e3
 _SEWING_TOLERANCE = 1e-4
 """Distance below which edges are joined [mm]."""
-_TITLES = re.compile(rb"\b(FILE_NAME|PRODUCT)\('[^']*',\s*'[^']*'")
-_FIXED_DATE = "2000-01-01T00:00:00"
+_PRODUCT = re.compile(rb"\bPRODUCT\('[^']*',\s*'[^']*'")
+_FILE_NAME = re.compile(rb"\bFILE_NAME\(.*?\);", re.DOTALL)
+CLOCK = "SOURCE_DATE_EPOCH"
+"""Variable of the environment with the time [s] that stands for the clock's, so that the same parts
+give the same files (reproducible-builds.org).
+"""
 
 
 class OpenCascade:
@@ -172,12 +180,31 @@ def _format_step(kernel: OpenCascade, name: str, shape: Any) -> bytes:
     writer.Transfer(shape, control.STEPControl_StepModelType.STEPControl_AsIs)
     content = io.BytesIO()
     writer.WriteStream(content)
+    return head_step(content.getvalue(), name)
+
+
+def head_step(content: bytes, name: str) -> bytes:
+    """Return a STEP file with the name of its part, the date, and planter as the system that it is
+    from.
+
+    Raises InputError if SOURCE_DATE_EPOCH is no number of seconds.
+    """
     label = name.replace("'", " ")
-    titles = {
-        b"FILE_NAME": f"FILE_NAME('{label}','{_FIXED_DATE}'",
-        b"PRODUCT": f"PRODUCT('{label}','{label}'",
-    }
-    return _TITLES.sub(lambda match: titles[match[1]].encode(), content.getvalue())
+    head = f"FILE_NAME('{label}','{_read_date()}',(''),(''),'Open CASCADE','planter {__version__}','');"
+    product = f"PRODUCT('{label}','{label}'"
+    titled = _FILE_NAME.sub(lambda _: head.encode(), content, count=1)
+    return _PRODUCT.sub(lambda _: product.encode(), titled)
+
+
+def _read_date() -> str:
+    """Return the date and time, those of SOURCE_DATE_EPOCH if it is set."""
+    text = os.environ.get(CLOCK)
+    try:
+        seconds = time.time() if text is None else float(text)
+        date = datetime.fromtimestamp(seconds, UTC)
+    except (ValueError, OverflowError, OSError):
+        raise InputError(f"{CLOCK} = {text}: it must be a number of seconds since 1970") from None
+    return f"{date:%Y-%m-%dT%H:%M:%S}"
 
 
 DEGREE = 3

@@ -14,6 +14,7 @@ from planter.engine.summary import CycleSummary, PiecewiseCycle
 from planter.errors import InputError
 from planter.mechanism.extension import CamRequest, MachineExtension
 from planter.mechanism.model import MechanismCycle
+from planter.mechanism.presentation import list_cycle_failures
 from planter.mechanism.results import (
     MachineValidation,
     MechanismCycleResult,
@@ -123,6 +124,7 @@ class DeviceExtension(MachineExtension):
 
     def list_sections(self, result: MechanismCycleResult | MachineValidation) -> Iterator[Section]:
         """Yield the sections of what is added to a result."""
+        yield from shown.list_requirement_sections(self.requirements)
         if isinstance(result, PlantingCycleResult):
             sampled = {**result.support_force.table(), "objective": result.objective}
             columns = {
@@ -136,7 +138,6 @@ class DeviceExtension(MachineExtension):
             if result.lifted:
                 effects = shown.tabulate_assumption_effects(result.lifted)
                 yield Section("Relaxed assumptions", [effects])
-        yield from shown.list_requirement_sections(self.requirements)
 
     def list_summary_blocks(self, summary: CycleSummary) -> Iterable[Block]:
         """Return tables and sentences of the designer's summary, with gears and cam."""
@@ -160,10 +161,18 @@ class DeviceExtension(MachineExtension):
             f"The vertical support force is between {force.min_N:#.4g} and {force.max_N:#.4g} N, "
             f"the weight of the machine {result.weight_N:#.4g} N."
         )
+        if self.requirements:
+            failed = sum(row.verdict == "fail" for row in self.requirements)
+            count = len(self.requirements)
+            conclusion += f" {count - failed} of {count} requirements are satisfied."
         share = 100 * force.range_N / result.weight_N
         words = f"variation of the support force over a cycle, {share:.2g} % of the weight"
         return {
             "conclusion": conclusion,
+            "failures": [
+                *list_cycle_failures(result),
+                *shown.list_requirement_failures(self.requirements),
+            ],
             "key_figures": [KeyFigure(f"{force.range_N:.3g}", "N", words)],
             "captions": shown.CAPTIONS,
             "displayed_inputs": ("design", "bounds"),

@@ -20,6 +20,7 @@ from planter.measured.sensor_presentation import (
 from planter.mechanism.presentation import (
     CLOSEST_FILE,
     OPTIMUM_FILE,
+    describe_search,
     format_design_file,
 )
 from planter.papers.planting.design_results import (
@@ -61,8 +62,10 @@ from planter.report.presentation import (
     ModelAssumptions,
     ResultPresentation,
     describe_basis,
+    describe_failure,
     describe_proof,
     list_proof_files,
+    shorten_failures,
 )
 from planter.version import __version__
 
@@ -130,6 +133,7 @@ def present_optimum(optimisation: Optimisation, device: Device) -> ResultPresent
         _list_optimum_sections(result, device.machine),
         optimum.seed,
         conclusion=f"{result.statement[0].upper()}{result.statement[1:]}.",
+        failures=list_requirement_failures(result.requirements),
         key_figures=list(_list_optimum_figures(result)),
         motions=lambda: [animate(device, x, device.design)],
         figures=lambda: {
@@ -240,31 +244,29 @@ def _list_comments(device: Device, x: Array, seed: int | None = None) -> list[st
 def _list_optimum_sections(
     result: OptimisationFound, machine: PlantingMachine
 ) -> Iterator[Section]:
-    yield tabulate_design(machine, result)
+    yield from list_requirement_sections(result.requirements)
     yield Section(FORCE, [_tabulate_optimised_force(result)])
+    yield tabulate_design(machine, result)
     details = Folded(
         "torques, forces, gears and shocks of the optimum",
         list(describe_designer(result.designer)),
     )
-    yield Section(
-        "Designer's summary", [compare_peaks(result.start_designer, result.designer), details]
-    )
-    yield from list_requirement_sections(result.requirements)
+    peaks = compare_peaks(result.start_designer, result.designer)
+    yield Section("Designer's summary", [peaks, details], detail=True)
     if result.teeth is not None:
         yield Section("Integer tooth numbers", list(list_tooth_count_blocks(result.teeth)))
     scores = [
         (f"{model} model", score.start, score.optimum) for model, score in result.cross.items()
     ]
-    yield Section(
-        "Objective of both designs in both models",
-        [Table(("design", "machine file", "optimum"), scores)],
-    )
+    table = Table(("design", "machine file", "optimum"), scores)
+    yield Section("Objective of both designs in both models", [table], detail=True)
     if result.front:
         yield Section("Pareto front of range and variance", [_tabulate_front(result)])
-    yield Section("Insensitive directions", list(_describe_insensitive_directions(result)))
-    yield Section("Certificate", list(_describe_certificate(result)))
+    directions = list(_describe_insensitive_directions(result))
+    yield Section("Insensitive directions", directions, detail=True)
+    yield Section("Certificate", list(_describe_certificate(result)), detail=True)
     if result.proof is not None:
-        yield Section("Proof", list(describe_proof(result.proof.table())))
+        yield Section("Proof", list(describe_proof(result.proof.table())), detail=True)
 
 
 def _tabulate_optimised_force(result: OptimisationFound) -> Table:
@@ -329,9 +331,8 @@ def tabulate_design(machine: PlantingMachine, optimum: OptimisationFound | None 
         )
         for name in start
     ]
-    return Section(
-        "Design", [Table(("parameter", *head, "unit", *note, *BOUNDS), rows, page_columns=BOUNDS)]
-    )
+    table = Table(("parameter", *head, "unit", *note, *BOUNDS), rows, page_columns=BOUNDS)
+    return Section("Design", [table], detail=optimum is None)
 
 
 def describe_designer(summary: DesignersSummary) -> Iterator[Block]:
@@ -403,6 +404,19 @@ def list_requirement_sections(
         )
 
 
+def list_requirement_failures(requirements: Sequence[RequirementResult] | None) -> list[str]:
+    """Return a sentence for each requirement that fails, with its value and carrier angle."""
+    failures = []
+    for row in requirements or ():
+        if row.verdict == "fail":
+            entry = load_names("planter.papers.planting").find(row.name)
+            name = entry.name if entry else row.name
+            angle = "" if row.phi_deg is None else f"{row.phi_deg:.4g} deg"
+            limits = row.lower, row.upper
+            failures.append(describe_failure(name, row.value, limits, row.unit, angle))
+    return shorten_failures(failures)
+
+
 def _name_requirement(row: RequirementResult) -> MarkupCell:
     """Return the key of a requirement, in whose place a page has its name and meaning."""
     entry = load_names("planter.papers.planting").find(row.name)
@@ -455,6 +469,7 @@ def _describe_certificate(result: OptimisationFound) -> Iterator[Block]:
             "seconds": result.seconds,
         }
     )
+    yield from describe_search(result)
     yield Text(
         "The KKT residual is zero at an exact local optimum. The spread is the largest less the "
         "least objective at "
@@ -511,8 +526,8 @@ def _format_design_file(
     """Return a machine file (TOML) with another design; `method` says how it was found, `head` are
     comments.
     """
-    own = ("refined", machine.objective.samples)
-    searched = machine.with_numbers({} if sampling in own else {SAMPLES: float(sampling)})
+    usual = ("refined", machine.objective.samples)
+    searched = machine.with_numbers({} if sampling in usual else {SAMPLES: float(sampling)})
     values = {}
     for name, value in design.items():
         lower, upper = machine.bounds[name]

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from planter.engine.problem import DesignProblem
 from planter.engine.solvers import result
 from planter.engine.solvers.constraints import FEASIBILITY_TOLERANCE
 from planter.engine.solvers.feasibility import (
@@ -27,7 +28,6 @@ from planter.engine.solvers.local_search import (
     sample_starts,
     search_locally,
 )
-from planter.engine.solvers.problem import Problem
 from planter.errors import ComputationError, InputError
 from planter.files import units
 from planter.gears.geometry import families
@@ -210,9 +210,7 @@ def optimise_pair(machine: PlantingMachine, pair: Pair, starts: int, seed: int) 
         }
     else:
         nearest = select_smallest_violation(violations)
-        error = build_infeasibility_error(
-            required, problem.design(nearest.u), nearest, len(violations)
-        )
+        error = build_infeasibility_error(required, problem, nearest, len(violations))
         entry |= _describe_design(problem, required, nearest.u) | {
             "objectives": [],
             "kkt_residual": None,
@@ -227,7 +225,7 @@ def optimise_pair(machine: PlantingMachine, pair: Pair, starts: int, seed: int) 
 
 
 def _search(
-    problem: Problem, required: RequirementConstraints, starts: int, seed: int
+    problem: DesignProblem, required: RequirementConstraints, starts: int, seed: int
 ) -> tuple[list[LocalMinimum], list[ViolationMinimum]]:
     """Return the ends of searches from feasible points, best first, and the smallest violations of
     all starts.
@@ -259,7 +257,7 @@ def _search(
 
 
 def _try_start(
-    problem: Problem,
+    problem: DesignProblem,
     required: RequirementConstraints,
     start: Array,
     ends: list[LocalMinimum],
@@ -278,7 +276,7 @@ def _try_start(
         ends.sort(key=lambda end: end.objective)
 
 
-def _agreeing(problem: Problem, ends: list[LocalMinimum]) -> list[LocalMinimum]:
+def _agreeing(problem: DesignProblem, ends: list[LocalMinimum]) -> list[LocalMinimum]:
     """Return the minima whose objective is that of the first."""
     return [
         end
@@ -287,7 +285,7 @@ def _agreeing(problem: Problem, ends: list[LocalMinimum]) -> list[LocalMinimum]:
     ]
 
 
-def _list_missing_evidence(problem: Problem, ends: list[LocalMinimum]) -> list[str]:
+def _list_missing_evidence(problem: DesignProblem, ends: list[LocalMinimum]) -> list[str]:
     """Return what is missing for the best of the minima to count as settled."""
     best, *further = ends
     missing = (
@@ -306,7 +304,7 @@ def _list_missing_evidence(problem: Problem, ends: list[LocalMinimum]) -> list[s
 
 
 def _describe_design(
-    problem: Problem, required: RequirementConstraints, u: Array
+    problem: DesignProblem, required: RequirementConstraints, u: Array
 ) -> dict[str, Any]:
     measures, x = required.measures, problem.design(u)
     device = measures.device

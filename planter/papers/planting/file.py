@@ -14,13 +14,14 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 from pydantic import Field, field_validator
 
 from planter import paths
-from planter.engine.measures import Limit
+from planter.engine.measures import Limit, Measure, format_sum, parse_sum
 from planter.engine.sections import GeneticAlgorithm, parse_holds, with_whole_limits
 from planter.errors import InputError
 from planter.files.csv_rows import inline_points
 from planter.files.document import Document, Origins
 from planter.files.fields import (
     FileSection,
+    Line,
     NotNegative,
     Pair,
     Positive,
@@ -232,6 +233,8 @@ class ForceObjectiveSection(FileSection):
     """number of angles over a turn"""
     kind: Literal["paper", "newton"]
     """"paper": the spread is the variance (N2); "newton": the standard deviation (N)"""
+    least: Line | None = None
+    """sum of measures that `planter optimise` minimises instead, such as range F_support"""
 
     def weighted(self, variance: Any, sqrt: Callable[[Any], Any] = math.sqrt) -> Any:
         """Return the weighted spread of a variance [N2]: a float or, with a matching `sqrt`, a
@@ -264,6 +267,8 @@ class PlantingMachine(Document):
     Sections hold the values as the file shows them; `si` gives the value inside. The names in
     `design` and `bounds` are open here: which ones a device needs follows from its gear families.
     """
+
+    states_goals: ClassVar[bool] = True
 
     operation: OperationSection
     contact: ContactAngles
@@ -305,13 +310,27 @@ class PlantingMachine(Document):
         return parse_holds(self.requirements, self.source)
 
     @property
+    def objective_terms(self) -> tuple[Measure, ...]:
+        """The measures of objective.least, none without one. Raises InputError if it cannot be
+        parsed.
+        """
+        text = self.objective.least
+        return () if text is None else parse_sum(text, f"{self.source}: objective.least =")
+
+    @property
     def limits_motion(self) -> bool:
         """Whether [requirements] limits what its catalogue lists, besides measures of the cycle."""
         return self.requirements is not None and bool(self.requirements.kinds)
 
     def written_table(self) -> dict[str, Any]:
-        """Return the table with whole paths of the curves in limits, for a file in any folder."""
-        return with_whole_limits(self.table(), self.measure_limits, self.source)
+        """Return the table with whole paths of the curves in objective and limits, for a file in
+        any folder.
+        """
+        table = self.table()
+        if terms := self.objective_terms:
+            placed_terms = [term.with_whole_paths(self.source) for term in terms]
+            table["objective"]["least"] = format_sum(placed_terms)
+        return with_whole_limits(table, self.measure_limits, self.source)
 
     def check_names(self, names: tuple[str, ...]) -> None:
         """Raise InputError unless the design holds exactly these names (those that its gear

@@ -6,14 +6,20 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from itertools import islice
+from typing import Any
 
+import casadi as ca
 import numpy as np
 
 from planter.kernels import Array
+from planter.mechanism.labelled import group_loads
 from planter.papers.planting.file import load
+from planter.papers.planting.functions import Functions, build_flank_function
 from planter.papers.planting.model import Device
 from planter.papers.planting.report.scene import MOMENTS, build_scene, draw_halves
 from planter.papers.planting.toothed import locate_pitch_curves
+from planter.report.free_body import FreeBodies
 from planter.report.scene import Body, Outline, Scene
 from planter.report.sheet import Angle, Length, Mark, Sheet, Spot
 
@@ -22,6 +28,16 @@ PHI = 40
 else.
 """
 STILL = np.zeros(1)
+SHAPES = {
+    "sun": "sun",
+    "carrier arm, side 1": "carrier",
+    "carrier arm, side 2": "carrier",
+    "middle body, side 1": "middle body",
+    "planet and nozzle, side 1": "planet",
+}
+"""Names of bodies of the statement by those of the scene; it has the nozzle's halves elsewhere."""
+LOAD_PARTS = ("x", "y", "Fx", "Fy", "Fz", "Mx", "My", "Mz")
+"""Components of a load in the functions of the bodies."""
 _ROUND = np.radians(np.arange(361))
 
 At = Mapping[str, float]
@@ -241,3 +257,47 @@ def _cam(device: Device) -> list[Mark]:
 def draw(source: str, changes: Mapping[str, float]) -> list[Sheet]:
     """Return the sheets of the machine in a file, or of the built-in one of that name."""
     return draw_sheets(Device(load(source, changes), "exact"))
+
+
+def cut_bodies(source: str, changes: Mapping[str, float], angle_deg: float) -> FreeBodies:
+    """Return the bodies of side 1, and sun and carrier with the loads of both sides, cut free at a
+    carrier angle. Raises InputError and GeometryError as file and device do.
+    """
+    device = Device(load(source, changes), "exact")
+    functions = Functions("bodies", device.stages, build_flank_function(device.machine.cam.flank))
+    point = device.prologue(device.design)
+    at = [np.radians(angle_deg), point.d[: device.size], point.d[device.size :]]
+    hoisted = functions.prologue_function(*at[1:])
+    rows = ca.Function("bodies", functions.inputs, list(functions.both))(*at, hoisted)
+    first, second, both = (row.full().ravel().tolist() for row in rows)
+    vectors = functions.sidecar["vectors"]
+    side, totals = ([entry["name"] for entry in vectors[name]] for name in ("side", "totals"))
+    components = dict(zip((*side, *totals), (*first, *both), strict=True))
+    entries: list[Mapping[str, Any]] = list(functions.sidecar["loads"])
+    opposite = dict(zip(side, second, strict=True))
+    for number, entry in enumerate(functions.sidecar["loads"], 1):
+        if entry.get("twice"):
+            entries.append(entry | {"by": f"{entry['by']} of side 2"})
+            components |= {
+                f"load_{len(entries)}_{part}": opposite[f"load_{number}_{part}"]
+                for part in LOAD_PARTS
+                if f"load_{number}_{part}" in opposite
+            }
+    bodies = group_loads(entries, components)
+    shapes = _place_outlines(device, angle_deg)
+    shaped = [replace(body, is_flat=True, outlines=shapes.get(body.name, ())) for body in bodies]
+    return FreeBodies(device.machine.name, angle_deg, shaped)
+
+
+def _place_outlines(device: Device, angle_deg: float) -> dict[str, list[Outline]]:
+    """Return the outlines of bodies by name at the whole degree that is nearest to a carrier
+    angle.
+    """
+    scene, moment = build_scene(device, device.design), round(angle_deg) % MOMENTS
+    placed = scene.placed(slice(moment, moment + 1))
+    shapes: dict[str, list[Outline]] = {}
+    for body in scene.all_bodies():
+        for outline, (points,) in islice(placed, len(body.outlines)):
+            if body.name in SHAPES:
+                shapes.setdefault(SHAPES[body.name], []).append(replace(outline, points=points))
+    return shapes

@@ -422,7 +422,7 @@ def build_machine(device: Device) -> Machine:
         tangent=lambda moved: _tangent(functions, size, moved),
         vectors=tuple(build_vectors(VECTORS, quantities)),
         motors=("M_L",),
-        objective=build_measures(device.machine),
+        objective=device.machine.objective_terms or build_measures(device.machine),
         sampling=device.machine.objective.samples,
         limits=device.machine.measure_limits,
         genetic=device.machine.genetic_algorithm,

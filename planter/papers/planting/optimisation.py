@@ -13,18 +13,24 @@ from planter import errors
 from planter.engine import search
 from planter.engine.front import trace_front
 from planter.engine.machine import check_samples
+from planter.engine.problem import DesignProblem
 from planter.engine.search import (
     CandidateDesign,
     DesignOptimum,
+    FailedSearchError,
     InterruptedSearch,
     SearchSpec,
     minimise,
 )
-from planter.engine.sections import HOLD
+from planter.engine.sections import HOLD, LEAST
 from planter.engine.sensitivity import find_directions
 from planter.engine.solvers.constraints import FEASIBILITY_TOLERANCE
 from planter.engine.solvers.curve_sum import DIRECTION_ANGLES, Sampling
-from planter.engine.solvers.feasibility import MAX_ELASTIC_STARTS, find_feasible_or_nearest
+from planter.engine.solvers.feasibility import (
+    MAX_ELASTIC_STARTS,
+    ViolationMinimum,
+    find_feasible_or_nearest,
+)
 from planter.engine.solvers.local_search import (
     DEFAULT_STARTS,
     STATIONARITY_TOLERANCE,
@@ -38,7 +44,7 @@ from planter.engine.solvers.local_search import (
 from planter.engine.solvers.optimiser import Method
 from planter.engine.solvers.problem import Problem
 from planter.engine.solvers.result import OptimiserResult
-from planter.errors import ComputationError, InputError
+from planter.errors import ComputationError, InputError, PlanterError
 from planter.files.record import build_frame
 from planter.kernels import Array
 from planter.papers.planting.design_summary import summarise_design
@@ -70,7 +76,7 @@ if TYPE_CHECKING:
 
 
 def find_feasible_point(
-    task: Problem,
+    task: DesignProblem,
     required: RequirementConstraints | None,
     seed: int,
     lengths: PitchLengthConstraints | None = None,
@@ -85,17 +91,23 @@ def find_feasible_point(
     nearest_point = find_feasible_or_nearest(task, task.constraints, starts)
     if nearest_point.is_feasible:
         return nearest_point.u
+    raise _build_error(task, required, nearest_point, len(starts), lengths)
+
+
+def _build_error(
+    task: DesignProblem,
+    required: RequirementConstraints | None,
+    closest: ViolationMinimum,
+    starts: int,
+    lengths: PitchLengthConstraints | None,
+) -> PlanterError:
+    """Return the error for the smallest violation that searches from some `starts` ended with."""
     suffix = "" if lengths is None else f" with {lengths.spec}"
-    if (
-        required is None
-        or nearest_point.excess[: len(required.kinds)].max() <= FEASIBILITY_TOLERANCE
-    ):
-        raise ComputationError(
-            f"no design{suffix} was found within the bounds, from {len(starts)} starts"
+    if required is None or closest.excess[: len(required.kinds)].max() <= FEASIBILITY_TOLERANCE:
+        return ComputationError(
+            f"no design{suffix} was found within the bounds, from {count_things(starts, 'start')}"
         )
-    raise build_infeasibility_error(
-        required, task.design(nearest_point.u), nearest_point, len(starts), suffix
-    )
+    return build_infeasibility_error(required, task, closest, starts, suffix)
 
 
 def search_from_design(task: Problem, x: Array) -> LocalMinimum:
@@ -130,7 +142,7 @@ def prepare_device_descents(
     )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class DeviceOptimum(OptimiserResult):
     """A device's optimum: `design` x (p,) in SI, with the range and the scatter of the force there.
 
@@ -160,6 +172,8 @@ class DeviceOptimum(OptimiserResult):
             effective_parameters=self.effective_parameters,
             insensitive=self.insensitive,
             requirements=self.requirements or None,
+            searches=self.searches,
+            wider=self.wider,
         )
 
 
@@ -204,12 +218,13 @@ def search_optimum(
     Raises InputError for an unknown method, InfeasibleRequirementsError if no design satisfies the
     requirements, and Interrupted, with the best so far, on KeyboardInterrupt.
     """
-    if device.machine.measure_limits:
-        reason = (
-            "this search has no limits on measures; planter optimise and optimise_machine "
-            "satisfy them"
-        )
-        raise InputError(f"{device.machine.source}: {HOLD}: {reason}")
+    for key, measures in (
+        (HOLD, device.machine.measure_limits),
+        (LEAST, device.machine.objective_terms),
+    ):
+        if measures:
+            reason = "planter optimise and optimise_machine search with measures, this does not"
+            raise InputError(f"{device.machine.source}: {key}: {reason}")
     start_s, required = time.perf_counter(), RequirementConstraints.from_device(device)
     task = build_problem(device, samples, required, lengths)
     spec = SearchSpec(
@@ -252,14 +267,16 @@ def search_optimum(
         )
 
     try:
-        feasible = (
-            [] if task.constraints is None else [find_feasible_point(task, required, seed, lengths)]
-        )
-        feasible += [search_from_design(task, x).u for x in nearby]
+        feasible = [search_from_design(task, x).u for x in nearby]
+        feasible = [u for u in feasible if task.is_feasible(u)]
         descents = build_descent_task(device, samples, lengths)
         return build_optimum(
             minimise(task, spec, progress, descents, means, feasible, keep and hand_over)
         )
+    except FailedSearchError as error:
+        if error.candidate is None or error.candidate.closest is None:
+            raise
+        raise _build_error(task, required, error.candidate.closest, spec.starts, lengths) from None
     except InterruptedSearch as stop:
         best = None if stop.best is None else build_optimum(stop.best)
         closest = None if stop.candidate is None else build_table(stop.candidate)

@@ -4,11 +4,18 @@ optimisation constraints.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
-from planter.engine.solvers.constraints import FEASIBILITY_TOLERANCE, Constraints
+from planter.engine.infeasibility import explain_infeasibility
+from planter.engine.problem import DesignProblem
+from planter.engine.solvers.constraints import (
+    FEASIBILITY_TOLERANCE,
+    ConstraintReading,
+    Constraints,
+)
 from planter.engine.solvers.feasibility import ViolationMinimum
 from planter.errors import PlanterError
 from planter.kernels import Array
@@ -232,6 +239,15 @@ class RequirementConstraints(Constraints):
         """Return the weighted sum (p, p) of the rows' Hessians."""
         return self.measures.curvature(x, weights / self.step)
 
+    def read(self, x: Array) -> Sequence[ConstraintReading | None]:
+        """Return the requirements at a design x (p,), each with its limit in the file."""
+        section, readings = self.measures.section, []
+        for entry in self.record(x):
+            key, limit, _ = suggest_limit(section, entry.name, entry.value)
+            sign = 1 if key == BY_NAME[entry.name].key("max") else -1
+            readings.append(ConstraintReading(entry.value, limit, f"{key} =", sign))
+        return readings
+
     def record(self, x: Array) -> list[RequirementResult]:
         """Return every requirement at a design (p,), as results give it."""
         return evaluate_requirements(self.measures, x)
@@ -247,43 +263,39 @@ class InfeasibleRequirementsError(PlanterError):
 
     def __init__(
         self,
+        message: str,
         violations: list[Violation],
         partial: dict[str, Any],
         design: Array,
-        starts: int,
-        suffix: str = "",
     ) -> None:
-        details = "; ".join(map(str, violations))
-        count = f"{starts} start{'s' if starts > 1 else ''}"
-        super().__init__(
-            f"no design{suffix} that satisfies all requirements was found within the bounds, from "
-            f"{count}; the closest "
-            f"design violates: {details}"
-        )
+        super().__init__(message)
         self.violations, self.partial, self.design = violations, partial, design
 
 
 def build_infeasibility_error(
     required: RequirementConstraints,
-    x: Array,
+    problem: DesignProblem,
     violation: ViolationMinimum,
     starts: int,
     suffix: str = "",
 ) -> InfeasibleRequirementsError:
-    """Return the error for the smallest violation, which searches from some `starts` ended with at
-    a design x (p,).
+    """Return the error for the smallest violation, which searches of a problem from some `starts`
+    ended with.
 
     `suffix` says which designs were considered, if not all within the bounds.
     """
+    x = problem.design(violation.u)
+    infeasibility = explain_infeasibility(problem, violation, starts, suffix)
     entries = required.record(x)
     broken = np.flatnonzero(violation.excess[: len(entries)] > FEASIBILITY_TOLERANCE)
     violations = [_violation(required, entries[k]) for k in broken]
     partial = {
+        **infeasibility.table(),
         "violations": [violated.table() for violated in violations],
         "design": required.measures.device.named(x),
         "requirements": [entry.table() for entry in entries],
     }
-    return InfeasibleRequirementsError(violations, partial, x, starts, suffix)
+    return InfeasibleRequirementsError(str(infeasibility), violations, partial, x)
 
 
 def _violation(required: RequirementConstraints, entry: RequirementResult) -> Violation:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from planter.engine.proof.proof_results import GlobalBound
-from planter.engine.solvers.result import EvaluationCounts, OptimalityCertificate
+from planter.engine.solvers.result import EvaluationCounts, OptimalityCertificate, WiderOptimum
 from planter.files.record import Record
 from planter.kernels import Array
 from planter.measured.findings import (
@@ -168,6 +168,9 @@ class SampledScore(Record):
 class OptimumFound(Record):
     """An optimum, less its scores in both models; `samples` names the kind of all objectives,
     ranges and variances.
+
+    `searches` says what was run and why, `wider` what bounds twice as wide would bring if some are
+    active.
     """
 
     method: str
@@ -183,6 +186,8 @@ class OptimumFound(Record):
     effective_parameters: int
     insensitive: list[Direction]
     requirements: list[RequirementResult] | None = None
+    searches: str = ""
+    wider: WiderOptimum | None = None
 
 
 @dataclass(frozen=True)

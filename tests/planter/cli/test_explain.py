@@ -59,6 +59,8 @@ def test_every_numeric_schema_key_is_explained() -> None:
 def test_every_model_symbol_is_explained() -> None:
     meanings = {(meaning.name, meaning.meaning) for meaning in dictionary.collect_meanings()}
     for name in generated.names():
+        if "loads" in generated.sidecar(name):  # loads are drawn, and have no names of their own
+            continue
         for vector in generated.sidecar(name).get("vectors", {}).values():
             for entry in vector if isinstance(vector, list) else ():
                 assert (entry["name"], entry["meaning"]) in meanings
@@ -91,7 +93,7 @@ def test_keys_of_a_machine_are_explained() -> None:
     assert list_keys("objective") == ["objective.least", "objective.samples"]
     assert list_keys("hold") == list_keys("requirements.hold") == ["requirements.hold"]
     assert list_keys("a_mm") == ["values.a_mm"]
-    assert len(list_keys("genetic_algorithm")) == 6
+    assert len(list_keys("genetic_algorithm")) == 7
     with pytest.raises(InputError, match="did you mean hold"):
         list_keys("holdd")
 

@@ -41,7 +41,6 @@ def read_part(part: GearPart, contents: dict[str, bytes]) -> Arcs:
         "TEETH": 1,
         "PITCH": 1,
         "BORE": 1,
-        "KEYWAY": 1,
         "CENTRE": 2,
     }
     (outline,) = drawing["TEETH"]

@@ -72,17 +72,41 @@ def test_infeasible_search_writes_closest_design(source: str, tmp_path: Path) ->
 
 
 def test_closest_design_is_gone_on_from(source: str, tmp_path: Path) -> None:
-    out, further = tmp_path / "out", tmp_path / "further"
+    out, further = tmp_path / "out", tmp_path / "further.toml"
     options = ("--least", "range F_Ox", "--starts", "1")
     assert run("optimise", source, *options, "--hold", IMPOSSIBLE, "--out", str(out))[0] == 1
-    result = answer(
-        "optimise", str(out / "closest.toml"), *options, "--hold", POSSIBLE, "--out", str(further)
-    )
+    text = (out / "closest.toml").read_text(encoding="utf-8")
+    assert text.count(IMPOSSIBLE) == 1
+    further.write_text(text.replace(IMPOSSIBLE, POSSIBLE), encoding="utf-8")
+    result = answer("optimise", str(further), "--starts", "1")
     assert result["met"]
+    assert result["least"] == "range F_Ox"
+    assert [limit["limit_on"] for limit in result["holds"]] == [POSSIBLE]
     assert result["start_design"] == pytest.approx(read(out)["design"])
     assert run("optimise", source, *options, "--hold", POSSIBLE, "--out", str(out))[0] == 0
     assert not (out / "closest.toml").exists(), "a result replaces it"
     assert "finished" not in read(out)
+
+
+def test_every_command_judges_the_goal_of_the_call(source: str, tmp_path: Path) -> None:
+    best = tmp_path / "best"
+    options = ("--least", "range F_Ox", "--hold", POSSIBLE, "--starts", "1", "--out", str(best))
+    result = answer("optimise", source, *options)
+    optimum = str(best / "optimum.toml")
+    simulated = answer("simulate", optimum)
+    assert [limit["limit_on"] for limit in simulated["holds"]] == [POSSIBLE]
+    compared = answer("diff", source, optimum)
+    rows = {row["name"]: row for row in compared["results"]}
+    assert rows["objective"]["values"][1] == pytest.approx(result["objective"], rel=1e-9)
+    assert rows["objective"]["better"] == 1
+    assert compared["requirements"][0]["met"][1]
+    moved = {f"values.{key}" for key in result["design"]}
+    changed = {value["name"] for value in compared["values"]}
+    goal = {"objective.least", "objective.samples", "requirements.hold[0]"}
+    assert changed - moved == goal
+    again = answer("optimise", optimum, "--starts", "1")
+    assert again["start_objective"] == pytest.approx(result["objective"], rel=1e-9)
+    assert again["objective"] <= result["objective"] * (1 + 1e-9)
 
 
 @pytest.mark.parametrize(
@@ -154,7 +178,7 @@ def test_failed_workers_leave_the_best_design(monkeypatch: pytest.MonkeyPatch) -
         yield next(minima)
         raise ComputationError("5 worker processes ended at the same job")
 
-    monkeypatch.setattr("planter.engine.solvers.local_search.find_minima", fail)
+    monkeypatch.setattr("planter.engine.solvers.optimiser.find_minima", fail)
     candidate: list[Any] = []
     with pytest.raises(FailedSearchError, match="worker processes ended") as caught:
         optimise_machine(

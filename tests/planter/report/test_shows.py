@@ -12,14 +12,15 @@ import pytest
 from PIL import Image
 
 import planter
-from planter import simulate
+from planter import load_machine, simulate
 from planter.errors import InputError
 from planter.papers.planting.file import load
 from planter.papers.planting.model import Device
 from planter.report.animation import animate, gif, pack_scene, show_object
 from planter.report.picture import draw_picture
 from planter.report.subject import open_machine
-from tests.support.cli import answer
+from tests.support import own
+from tests.support.cli import answer, run
 
 
 @pytest.fixture(scope="module")
@@ -45,6 +46,15 @@ def test_a_widget_holds_the_picture_and_the_record(device: Device) -> None:
         planter.show("wang2017", model="own")
 
 
+def test_mechanism_is_shown_as_the_device_is() -> None:
+    source = str(own.generated("slider_crank") / "slider_crank.toml")
+    widget = simulate(load_machine(source)).show()
+    assert widget.record["moments"] > 300
+    assert "slider in guide" in widget.picture
+    assert planter.show(source).record["chains"] == widget.record["chains"]
+    assert "planet" in simulate(load_machine("wang2017"), 16).show().picture
+
+
 def test_a_gif_moves_and_comes_back(device: Device) -> None:
     from planter.papers.planting.report.scene import build_scene
 
@@ -57,9 +67,19 @@ def test_a_gif_moves_and_comes_back(device: Device) -> None:
 
 
 def test_command_writes_gif_to_given_path(tmp_path: Path) -> None:
-    result = answer("animate", "shi2021", "--seconds", "0.2", "--out", str(tmp_path))
-    assert result == {"file": str(tmp_path / "shi2021.gif"), "machine": "shi2021", "model": "exact"}
-    assert (tmp_path / "shi2021.gif").read_bytes().startswith(b"GIF89a")
+    words = ("animate", "shi2021", "--seconds", "0.2", "--out", str(tmp_path))
+    result, file = answer(*words), tmp_path / "shi2021.gif"
+    assert result == {
+        "file": str(file),
+        "machine": "shi2021",
+        "model": "exact",
+        "frames": 4,
+        "seconds": 0.2,
+        "bytes": file.stat().st_size,
+    }
+    assert file.read_bytes().startswith(b"GIF89a")
+    _, printed, _ = run(*words)
+    assert printed.startswith(f"{file}: shi2021 over a cycle, 4 frames in 0.2 s, ")
     with pytest.raises(InputError, match=r"ends in \.gif"):
         animate("shi2021", {}, tmp_path / "moving.avi")
     with pytest.raises(InputError, match="one of exact, printed"):

@@ -15,10 +15,10 @@ from planter.mechanism.commands import SearchOptions, refuse_options, run_optimi
 from planter.papers.planting.commands.options import (
     FIGURES,
     build_device,
-    has_limits,
     load_device_file,
     load_other,
     parse_tooth_counts,
+    states_measures,
 )
 from planter.report.console import Console
 from planter.report.options import (
@@ -215,7 +215,7 @@ def optimise(
             refuse_unused("without --prove", "--prove-seconds")
         means, ranges = Means(workers, cluster), read_ranges("--vary", vary or ())
         other = load_other(machine, set_, speed_rpm)
-        if other is None and (least or hold or ranges or has_limits(machine)):
+        if other is None and (least or hold or ranges or states_measures(machine)):
             other = load_driven_machine(machine, parse_changes(set_), speed_rpm)
         if other is not None:
             sampling = None if samples is None else optimisation.parse_sampling(samples)

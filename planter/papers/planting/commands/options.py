@@ -65,11 +65,12 @@ def load_other(source: str, set_: Sequence[str] | None, speed_rpm: float | None)
     return load_machine(source, parse_changes(set_), speed_rpm) if is_other(source) else None
 
 
-def has_limits(source: str) -> bool:
-    """Return whether the file of a planting device limits measures of its cycle."""
+def states_measures(source: str) -> bool:
+    """Return whether the file of a planting device minimises or limits measures of its cycle."""
     from planter.papers.planting import file
 
-    return bool(file.load(source).measure_limits)
+    machine = file.load(source)
+    return bool(machine.measure_limits or machine.objective_terms)
 
 
 def is_other(source: str) -> bool:

@@ -140,3 +140,28 @@ def test_an_interrupt_leaves_the_best_so_far(settings, monkeypatch):
         optimiser.search_genetically(problem, settings, 0)
     best = min(evaluate_summary(problem.objective, summarise(x)).objective for x in calls[:49])
     assert problem.best.objective == best
+
+
+def test_universal_sampling_rounds_expected_numbers():
+    """Baker's property: each is chosen as often as expected, rounded down or up; linear ranks sum
+    up to the population.
+    """
+    random, size, count = np.random.default_rng(5), 11, 40
+    merits = random.permutation(np.arange(float(size)))
+    expected = np.linspace(2.0, 0.0, size)[merits.astype(int)] * count / size
+    total = np.zeros(size)
+    for _ in range(400):
+        chosen = np.bincount(optimiser.sample_ranks(random, merits, count), minlength=size)
+        assert chosen.sum() == count
+        assert (np.abs(chosen - expected) < 1).all()
+        total += chosen
+    assert total / 400 == pytest.approx(expected, abs=0.1)
+    tournaments = np.bincount(optimiser.hold_tournaments(random, merits, count), minlength=size)
+    assert (np.abs(tournaments - expected) >= 1).any(), "tournaments have a larger spread"
+
+
+def test_ranking_reaches_the_optimum_of_tournaments(settings):
+    ranked = settings.model_copy(update={"selection": "ranking"})
+    _, population = search(ranked)
+    assert population[0].objective == pytest.approx(np.sqrt(3), abs=0.05)
+    assert [p.objective for p in population] != [p.objective for p in search(settings)[1]]

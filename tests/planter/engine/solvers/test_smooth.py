@@ -52,6 +52,7 @@ SHORT = SimpleNamespace(
     selection_ratio=0.8,
     crossover_probability=0.7,
     mutation_probability=0.01,
+    selection=None,
 )
 BEST = np.array([2.0, 1.0, 0.5])
 """By hand: a + b = 3 and a b >= 2 leave a in [1, 2]; the objective falls in a; the disc is not

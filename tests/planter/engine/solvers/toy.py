@@ -34,6 +34,9 @@ class ToyFunctions:
         result = self._over(name, count)(phi[None], np.tile(x[:, None], count), weights)
         return np.asarray(result, dtype=float).reshape(rows, count, columns)
 
+    def list_passages(self, at: Array) -> list[tuple[str, float]]:
+        return []
+
     def values(self, at: Array, phi: Array) -> Array:
         return self._call("rows", at, phi)[:, :, 0]
 

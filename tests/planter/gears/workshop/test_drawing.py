@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import io
+import re
 import sys
+from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
@@ -22,6 +24,7 @@ from planter.gears.workshop.drawing import (
     find_standard_keyway,
 )
 from planter.gears.workshop.solids import fit_spline
+from planter.version import __version__
 from tests.support.outlines import Lobes, lobes, read_dxf
 
 TOOTHED = fit_arcs(lobes(), 1e-6)
@@ -45,7 +48,6 @@ def test_written_drawing_reads_back() -> None:
     assert {layer: [arcs.closed for arcs in lines] for layer, lines in entities.items()} == {
         "TEETH": [True],
         "BORE": [True],
-        "KEYWAY": [True],
         "CENTRE": [False, False],
     }
     np.testing.assert_allclose(
@@ -78,12 +80,13 @@ def test_preview_has_the_arcs_of_the_drawing() -> None:
 @pytest.mark.parametrize("phase", [0.0, 2.3])
 def test_edge_area_is_sum_of_bore_and_slot(phase: float) -> None:
     bore = Bore(0.02, Keyway(0.006, 0.0028, phase))
-    round_, slot = (line.arcs for line in bore.lines())
-    assert slot.area > 0
-    assert bore.edge.area == pytest.approx(round_.area + slot.area, rel=1e-13)
+    (line,) = bore.lines()  # one contour, which a cutter follows
+    assert line.layer == "BORE"
     half = np.arcsin(0.3)
     cap = 0.01**2 * (half - np.sin(half) * np.cos(half))
-    assert slot.area == pytest.approx(0.006 * (0.0128 - 0.01 * np.cos(half)) - cap, rel=1e-12)
+    slot = 0.006 * (0.0128 - 0.01 * np.cos(half)) - cap
+    assert line.arcs.area == pytest.approx(np.pi * 0.01**2 + slot, rel=1e-12)
+    assert line.arcs.area > Bore(0.02).edge.area + 0.99 * slot
     far = bore.edge.vertices[np.hypot(*bore.edge.vertices.T) > 0.0101].mean(axis=0)
     assert np.arctan2(far[1], far[0]) == pytest.approx(np.arctan2(np.sin(phase), np.cos(phase)))
 
@@ -161,8 +164,9 @@ def test_splines_keep_to_their_pieces() -> None:
 
 
 def test_a_solid_reads_back_valid_where_the_outline_is(
-    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+    tmp_path: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.setenv(solids.CLOCK, "86400")
     pytest.importorskip("OCP", reason="planter[step] is not installed: Open CASCADE, 477 MB")
     from OCP.BRepCheck import BRepCheck_Analyzer
     from OCP.BRepGProp import BRepGProp
@@ -172,6 +176,7 @@ def test_a_solid_reads_back_valid_where_the_outline_is(
     content = solids.format_prism("gear 'A'", lobes(), [BORE.edge], WIDTH)
     assert content == solids.format_prism("gear 'A'", lobes(), [BORE.edge], WIDTH)
     assert capfd.readouterr() == ("", "")
+    check_header(content, "gear  A ", "1970-01-02T00:00:00")
     (tmp_path / "gear.step").write_bytes(content)
     reader = STEPControl_Reader()
     reader.ReadFile(str(tmp_path / "gear.step"))
@@ -183,6 +188,35 @@ def test_a_solid_reads_back_valid_where_the_outline_is(
     outer, splines = _splines(shape)
     assert splines == 2 * len(lobes())
     assert EXACT.off(outer / 1e3).max() < 2e-7
+
+
+def check_header(content: bytes, name: str, date: str) -> None:
+    """Assert that a STEP file names its part, the date, and planter."""
+    (head,) = re.findall(rb"FILE_NAME\(.*?\);", content, re.DOTALL)
+    assert head.startswith(f"FILE_NAME('{name}','{date}',".encode())
+    assert f"'planter {__version__}'".encode() in head
+
+
+SAMPLE = b"""HEADER;
+FILE_NAME('Open CASCADE Shape Model','2026-01-01T00:00:00',('Author'),(
+    'Open CASCADE'),'Open CASCADE STEP processor 7.8','Open CASCADE 7.8'
+  ,'Unknown');
+#7 = PRODUCT('Open CASCADE 7.8 1','Open CASCADE 7.8 1','',(#8));
+"""
+
+
+def test_step_header_has_planter_and_the_date(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(solids.CLOCK, "0")
+    content = solids.head_step(SAMPLE, "sun")
+    check_header(content, "sun", "1970-01-01T00:00:00")
+    assert b"PRODUCT('sun','sun','',(#8));" in content
+    monkeypatch.delenv(solids.CLOCK)
+    (date,) = re.findall(rb"'(\d{4}-[^']*)'", solids.head_step(SAMPLE, "sun"))
+    past = datetime.now(UTC) - datetime.fromisoformat(date.decode()).replace(tzinfo=UTC)
+    assert abs(past.total_seconds()) < 60
+    monkeypatch.setenv(solids.CLOCK, "soon")
+    with pytest.raises(InputError, match="SOURCE_DATE_EPOCH = soon"):
+        solids.head_step(SAMPLE, "sun")
 
 
 def _splines(shape):  # type: ignore[no-untyped-def]

@@ -75,7 +75,7 @@ def test_infeasible_limit_names_both_numbers(tmp_path: Path) -> None:
     code, out, err = run("optimise", source, "--samples", "24", "--starts", "1")
     assert (code, out) == (1, "")
     assert "max M_L <= 1.6 N m" in err
-    reached = re.search(r"reaches (\S+) N m\b", err)
+    reached = re.search(r"\((\S+) for 1.6 N m\)", " ".join(err.split()))
     assert reached is not None
     assert float(reached[1]) > 1.6
 

@@ -273,12 +273,18 @@ def test_infeasibility_error_suggests_sufficient_limit() -> None:
     problem, constraints = problem_of(Device(strict))
     nearest = find_feasible_or_nearest(problem, constraints, [problem.start])
     assert not nearest.is_feasible
-    error = build_infeasibility_error(constraints, problem.design(nearest.u), nearest, 1)
+    error = build_infeasibility_error(constraints, problem, nearest, 1)
     assert error.exit_code == 1
     assert len(error.violations) == 1
     broken = error.violations[0]
     assert broken.name in error.message
-    assert f"{broken.amount:.6g}" in error.message
+    assert (
+        f"1 start, none satisfies all limits; the closest misses {broken.name} by" in error.message
+    )
+    assert f"{broken.amount:.3g}" in error.message
+    assert {"funnel_speed", "nozzle_distance"} <= set(error.partial["conflict"])
+    changes = {change["name"]: change for change in error.partial["relaxations"]}
+    assert changes["funnel_speed"]["relaxed"] == pytest.approx(broken.relaxed, abs=1e-6)
     for share, is_feasible in ((1.0, True), (0.9, False)):
         limit = broken.limit + share * (broken.relaxed - broken.limit)
         relaxed = strict.with_numbers({f"requirements.{broken.key}": limit})

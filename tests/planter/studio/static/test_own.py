@@ -128,7 +128,7 @@ def machine(name: str) -> Movable:
 
 def draw_values(name: str, count: int) -> tuple[list[Values], list[Scene]]:
     """Designs near the machine's own, by lot, and what is drawn of them."""
-    subject, rng = machine(name), np.random.default_rng(5)
+    subject, rng = machine(name).rigid, np.random.default_rng(5)
     designs = [
         {
             control.path: control.value
