@@ -229,6 +229,22 @@ class Source(Protocol):
         """
         ...
 
+    def find_clash(self, number: str) -> str:
+        """Return which terms of a definition have different units, empty if none have."""
+        ...
+
+    def describe_use(self, number: str) -> str:
+        """Return which equations hold that rest on a definition, empty if none do."""
+        ...
+
+    def describe_footing(self, number: str) -> str:
+        """Return what may be wrong instead of an equation that does not hold, empty without."""
+        ...
+
+    def compares_angles(self, number: str) -> bool:
+        """Return whether both sides of an equation are angles: turns do not count."""
+        ...
+
     def list_rows(self) -> list[dict[str, Any]]:
         """Return place, status and reason of every displayed row."""
         ...

@@ -26,7 +26,14 @@ from .judge import (
     judge_condition,
     judge_equation,
 )
-from .terms import Points, find_largest_size, format_value, holds, list_unknown
+from .terms import (
+    Points,
+    differs_by_turns,
+    find_largest_size,
+    format_value,
+    holds,
+    list_unknown,
+)
 from .typesetting import Piece, Said, join_parts
 
 SHOWN = 3
@@ -221,10 +228,22 @@ def _size(expr: Expr, cycle: Sequence[Point]) -> mpmath.mpf:
 
 def _judged(case: Case, printed: Equation, derived: Equation | None) -> Judgement:
     points = case.points if derived is None else case.points_where(derived.where)
-    if case.source is not None and (judgement := _judged_by_source(case, printed, derived, points)):
+    judgement = None
+    if case.source is not None:
+        judgement = _judged_by_source(case, printed, derived, points)
+    if judgement is None:
+        judgement = judge_equation(printed, derived, points, case.words, case.directions)
+        judgement = confirm_in_use(case, printed, derived, judgement)
+    return _name_suspects(case, printed, judgement)
+
+
+def _name_suspects(case: Case, printed: Equation, judgement: Judgement) -> Judgement:
+    """Return the judgement on an equation at fault with what may be wrong instead of it."""
+    if case.source is None or judgement.verdict not in FAULTS:
         return judgement
-    judgement = judge_equation(printed, derived, points, case.words, case.directions)
-    return confirm_in_use(case, printed, derived, judgement)
+    suspects = case.source.describe_footing(printed.number)
+    finding = Said(judgement.finding, f"; {suspects}") if suspects else judgement.finding
+    return replace(judgement, finding=finding)
 
 
 def _judged_by_source(
@@ -238,6 +257,10 @@ def _judged_by_source(
     assert case.source is not None
     if reason := case.source.explain_unjudged(printed.number):
         return Judgement(UNJUDGED, reason)
+    if clash := case.source.find_clash(printed.number):
+        return Judgement("contradicted", f"not dimensionally consistent; {clash}")
+    if use := case.source.describe_use(printed.number):
+        return Judgement("untested", use)
     symbols = printed.residual.free_symbols
     if isinstance(printed.claims, Definition) or any(
         s not in point for s in symbols for point in points
@@ -247,6 +270,10 @@ def _judged_by_source(
         return judge_condition(printed, case.cycle)
     if holds(printed.residual, tuple(points)):
         return Judgement("confirmed", "it holds at every point that was tried")
+    if case.source.compares_angles(printed.number) and differs_by_turns(
+        printed.residual, tuple(points)
+    ):
+        return Judgement("confirmed", "it holds at every point that was tried, up to whole turns")
     in_use = confirm_in_use(case, printed, derived, Judgement("contradicted", ""))
     if in_use.domain:
         return in_use

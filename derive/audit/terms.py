@@ -72,6 +72,17 @@ def holds(residual: Expr, points: Points) -> bool:
     return all(_vanishes(residual, point) for point in points)
 
 
+def differs_by_turns(residual: Expr, points: Points) -> bool:
+    """Whether an angle [rad] is a whole number of turns at every point, not the same at all."""
+    with mpmath.workdps(DIGITS + GUARD):
+        turn = 2 * mpmath.pi  # to the digits in force
+        values = [evaluate_at(residual, point) for point in points]
+        return all(
+            value is not None and abs(value - turn * mpmath.nint(value / turn)) <= TOLERANCE * turn
+            for value in values
+        )
+
+
 TERMS_AT_MOST = 10**6
 """Terms of a summand multiplied out, at most: the largest of them is at least this share of the
 summand.

@@ -132,7 +132,8 @@ def measured(command: str) -> dict[str, Scalar]:
         result = json.loads(record.read_text("utf-8"))
     else:
         with TemporaryDirectory() as folder, pytest.MonkeyPatch.context() as patch:
-            (Path(folder) / "docs").symlink_to(ROOT / "docs")
+            for part in ("docs", "tests"):  # examples and the corpus have paths from the root
+                (Path(folder) / part).symlink_to(ROOT / part)
             patch.chdir(folder)
             for preparation in before:
                 answer(*shlex.split(preparation))

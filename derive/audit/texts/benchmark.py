@@ -36,7 +36,7 @@ from .corrections import UNREADABLE
 from .documents import SUFFIXES, read_document
 from .formula import expand_matrix_macros, read_formula
 from .interpretation import interpret_formula
-from .names import find_stated, read_name_table
+from .names import NameTable, find_stated, read_name_table
 from .trial import PrintedText, ReadRow, load_module, read_case
 
 SOURCE, MECHANISM, NAMES, TEXT = "source.toml", "mechanism.py", "names.toml", "text"
@@ -151,11 +151,11 @@ def _find_text(folder: Path, table: Mapping[str, Any]) -> Path | None:
 class TextClaims:
     """The equations of a text that are judged, and what is drawn from them."""
 
-    def __init__(self, text: CorpusText) -> None:
+    def __init__(self, text: CorpusText, table: NameTable | None = None) -> None:
         assert text.file is not None
         begun = time.perf_counter()
         module = load_module(text.folder / MECHANISM)
-        table = read_name_table(text.folder / NAMES)
+        table = read_name_table(text.folder / NAMES) if table is None else table
         case = read_case(read_document(text.file), find_stated(module), table, module)
         assert isinstance(case.source, PrintedText)
         self.text, self.printed, self.points, self.draw_points = (
@@ -201,7 +201,7 @@ class TextClaims:
         """Return the residuals of a row in the place of a claim, None if it cannot be read or
         states nothing.
         """
-        names = self._names[claim.row]
+        names = self._names.get(claim.row, self.printed.names)
         try:
             residuals = interpret_formula(
                 read_formula(latex, self.printed.document.macros), names
@@ -296,7 +296,7 @@ class TextClaims:
             return CheckerAnswer(outcome)
         parts = enumerate(self.read(claim.latex, claim) or ())
         index = next(i for i, part in parts if not self._holds(part))
-        names = self._names[claim.row]
+        names = self._names.get(claim.row, self.printed.names)
         repair = self.printed.correct(claim.latex, index, names, self.points, self.draw_points)
         return CheckerAnswer(
             outcome, repair is not None and self.is_same(repair.latex, claim.correct, claim)
@@ -341,7 +341,7 @@ def _are_proportional(first: Expr, second: Expr) -> bool:
 
 Answers = Mapping[str, tuple[CheckerAnswer, ...]]
 """The answers to claims by checker."""
-OWN, UNITS = "planter", "units"
+OWN, UNITS, UNNAMED = "planter", "units", "planter without names"
 
 
 def judge_corpus_text(
@@ -350,11 +350,12 @@ def judge_corpus_text(
     """Return a text's part of the result, its claims, with `slips` slips of all classes together,
     and the answers of this audit.
     """
-    audit = TextClaims(text)
+    audit, unnamed = TextClaims(text), TextClaims(text, NameTable())
     claims = (*audit.sound, *audit.errata, *audit.draw(slips, seed))
     begun = time.perf_counter()
     answers = {
         OWN: tuple(audit.answer(claim) for claim in claims),
+        UNNAMED: tuple(unnamed.answer(claim) for claim in claims),
         UNITS: tuple(audit.answer_by_units(claim) for claim in claims),
     }
     summary = {
@@ -388,7 +389,8 @@ def run_benchmark(
     summaries, claims_by_text, answers_by_text = zip(*results, strict=True)
     claims = list(chain.from_iterable(claims_by_text))
     by_checker = {
-        name: [a for by_name in answers_by_text for a in by_name[name]] for name in (OWN, UNITS)
+        name: [a for by_name in answers_by_text for a in by_name[name]]
+        for name in (OWN, UNNAMED, UNITS)
     }
     if answers is not None:
         by_checker[answers.stem] = _read_answers(answers, claims)

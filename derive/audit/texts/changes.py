@@ -16,6 +16,7 @@ from .formula import (
     Bracket,
     Name,
     Node,
+    Number,
     Power,
     Product,
     Quotient,
@@ -112,16 +113,36 @@ class PrintedFormula:
         """Return a range of the source in short, without what marks rows."""
         remarks = r"\\(?:label|tag)\*?\s*\{[^{}]*\}|\\(?:nonumber|notag)(?![A-Za-z])|\\\\|&"
         text = " ".join(re.sub(remarks, " ", self.latex[start:end]).split())
-        return text if len(text) <= 24 else f"{text[:24]} ..."
+        return shorten_latex(text)
+
+
+LONGEST = 24
+"""Characters of a piece of LaTeX that is shown, if it can end there."""
+
+
+def shorten_latex(latex: str) -> str:
+    """Return the beginning of a piece of LaTeX, which ends between names and outside of groups."""
+    depth = 0
+    for token in re.finditer(r"\\[A-Za-z]+|\\.|[A-Za-z0-9.]+|.", latex):
+        depth += {"{": 1, "}": -1}.get(token.group(), 0)
+        at = token.end()
+        goes_on = re.match(r"\s*[{_^]", latex[at:]) or token.group() in ("_", "^", " ")
+        if at >= LONGEST and depth <= 0 and not goes_on and latex[at:].strip():
+            return f"{latex[:at]} ..."
+    return latex
 
 
 def change_signs(printed: PrintedFormula) -> Iterator[LatexChange]:
     """Yield other signs, signs lost at a line break, and signs before a side or a bracket's part."""
+    leading = {node.start for node in printed.nodes}
     for token in printed.tokens:
         if token.text in ("+", *MINUS):
             new = "-" if token.text == "+" else "+"
             place = _describe_place(printed, token.end)
-            yield change_at(token.start, token.end, new, f"{new} for {token.text}{place}")
+            if new == "+" and token.start in leading:
+                yield change_at(token.start, token.end, "", f"without {token.text}{place}")
+            else:
+                yield change_at(token.start, token.end, new, f"{new} for {token.text}{place}")
     for match in re.finditer(r"\\\\(?:\s*\[[^\]]*\])?\s*&*|\n\s*&*", printed.latex):
         for sign in "+-":
             text = f"{sign} after the line break{_describe_place(printed, match.end())}"
@@ -258,6 +279,21 @@ def change_numbers(printed: PrintedFormula) -> Iterator[LatexChange]:
             yield change_at(token.start, token.end, "", f"without {number}")
 
 
+def drop_fractions(printed: PrintedFormula) -> Iterator[LatexChange]:
+    """Yield fractions of numbers left out of products."""
+    for node in printed.nodes:
+        if isinstance(node, Product):
+            for operator, factor in node.factors:
+                is_number = isinstance(factor, Quotient) and all(
+                    isinstance(part, Number) for part in (factor.above, factor.below)
+                )
+                if is_number and not operator:
+                    text = printed.show(factor.start, factor.end)
+                    blanks = re.compile(r"\s*").match(printed.latex, factor.end)
+                    end = factor.end if blanks is None else blanks.end()
+                    yield change_at(factor.start, end, "", f"without {text}")
+
+
 def turn_fractions(printed: PrintedFormula) -> Iterator[LatexChange]:
     """Yield fractions upside down."""
     for node in printed.nodes:
@@ -340,6 +376,7 @@ LIKELY: tuple[Changes, ...] = (
     change_functions,
     change_names,
     change_powers,
+    drop_fractions,
     change_numbers,
     turn_fractions,
 )

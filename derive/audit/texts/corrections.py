@@ -106,7 +106,7 @@ def find_repairs(
         return None
     is_mixed = _mixes_units(printed.chain, index, names)
     rereader = Rereader(latex, printed.chain, macros, memory.brackets)
-    changes: list[tuple[int, LatexChange]] = []
+    changes: list[tuple[tuple[int, bool], LatexChange]] = []
     seen_sources: set[str] = {latex}
     limit = min(MOST_CANDIDATES, MOST_TOKENS // len(tokenize_formula(latex, macros)))
     tiers = (
@@ -132,11 +132,19 @@ def find_repairs(
             if all(now or not then for now, then in zip(after, before, strict=True)) and _confirmed(
                 changed, index, macros, names, points, is_mixed
             ):
-                changes.append((sum(not holds_now for holds_now in after), change))
+                failing = sum(not holds_now for holds_now in after)
+                changes.append(((failing, _touches_subject(change, printed.chain)), change))
         if changes:
             first, *rest = (change for _, change in sorted(changes, key=lambda pair: pair[0]))
             return Repair(first.apply(latex), first.text, tuple(change.text for change in rest))
     return None
+
+
+def _touches_subject(change: LatexChange, chain: RelationChain) -> bool:
+    """Return whether a change is one of the name alone that a row gives."""
+    subject = chain.sides[0]
+    starts = [start for start, _, _ in change.pieces]
+    return isinstance(subject, Name) and len(starts) == 1 and starts[0] <= subject.end
 
 
 def _mixes_units(chain: RelationChain, index: int, names: StatedNames) -> bool:
@@ -246,7 +254,8 @@ def _confirmed(
     if residual == 0:
         sides = {"".join(latex[side.start : side.end].split()) for side in chain.sides}
         named = [node.symbol for node in list_nodes(chain) if isinstance(node, Name)]
-        return len(sides) > 1 and any(map(names.is_computed, named))
+        says = (names.is_computed(s) or s.base.spell() in names.abbreviations for s in named)
+        return len(sides) > 1 and any(says)
     return holds(residual, tuple(points))
 
 
@@ -305,7 +314,8 @@ def _list_completions(
         for product in search.find(values, None) if values is not None else ():
             is_negative = product.startswith("-")
             if is_term:
-                text = f" {product}" if is_negative else f" + {product}"
+                sign = "-" if is_negative else "+"
+                text = f" {sign} {product.removeprefix('-').strip()}"
                 yield change_at(place, place, text, _describe_term(printed, place, text))
             elif not is_negative:
                 text = f"{product} on {printed.show(place)}"
@@ -313,7 +323,8 @@ def _list_completions(
 
 
 def _describe_term(printed: PrintedFormula, place: int, term: str) -> str:
-    return f"{term.strip()} after {printed.show(max(place - 24, 0), place)}"
+    before = [node.start for node in printed.terms if node.end == place]
+    return f"{term.strip()} after {printed.show(max(before, default=max(place - 24, 0)), place)}"
 
 
 def _list_places(printed: PrintedFormula) -> tuple[list[int], list[int]]:
@@ -333,6 +344,7 @@ def _list_places(printed: PrintedFormula) -> tuple[list[int], list[int]]:
         for part in parts
         for _, term in (part.terms if isinstance(part, Sum) else ((1, part),))
     ]
+    parts.sort(key=lambda part: isinstance(part, Name))  # a name alone is what the row gives
     return list(dict.fromkeys(part.end for part in parts)), list(
         dict.fromkeys(term.start for term in terms)
     )

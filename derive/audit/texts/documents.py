@@ -337,6 +337,10 @@ _ALONE = re.compile(
     re.M,
 )
 """A formula between single dollars that has its line, or its lines, to itself."""
+_GOES_ON = re.compile(
+    r"[ \t]*\n[ \t]*(?!(?:where|with|and|so|thus|hence|therefore|which|in which|here|by)\b)[a-z]"
+)
+"""A line after a formula that goes on with its sentence, and does not explain the formula."""
 IN_SENTENCE = (
     "passed over: it stands between single dollars in the lines of a sentence; write it "
     "between $$ to have it read"
@@ -344,8 +348,8 @@ IN_SENTENCE = (
 
 
 def _list_single_dollars(text: str) -> Iterator[_Display]:
-    """Yield formulas between single dollars that are alone on a line; those within a sentence are
-    passed over.
+    """Yield formulas between single dollars that are alone on a line; those that a sentence goes
+    through, or makes a condition, are passed over.
     """
     displays = [match.span() for match in _DISPLAY.finditer(text)]
     alone = [
@@ -359,9 +363,12 @@ def _list_single_dollars(text: str) -> Iterator[_Display]:
         start, end = match.span("line" if match.group("line") is not None else "block")
         at = bisect(breaks, match.start())
         paragraph = hidden[breaks[at - 1] : max(match.end(), breaks[at])]
-        is_paragraph = not paragraph.strip()
-        if is_paragraph or _RELATION.search(text[start:end]):
-            yield _Display(start, end, False, True, "", "" if is_paragraph else IN_SENTENCE)
+        words_before = hidden[breaks[at - 1] : match.start()]
+        words_after = hidden[match.end() : max(match.end(), breaks[at])]
+        opening = " ".join(re.split(r"[.,:;]\s", words_before)[-1].split()[-2:])
+        is_inside = re.search(_CONDITION, opening) or _GOES_ON.match(words_after)
+        if not paragraph.strip() or _RELATION.search(text[start:end]):
+            yield _Display(start, end, False, True, "", IN_SENTENCE if is_inside else "")
 
 
 def _list_directives(text: str) -> Iterator[_Display]:

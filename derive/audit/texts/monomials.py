@@ -4,6 +4,7 @@ its text, in a sum of vectors times a vector, or a product of vectors.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from itertools import combinations, permutations, product
@@ -19,6 +20,8 @@ from .names import PointNames
 from .values import Scalar, VectorValue
 
 POWERS = (1, 2)
+_FUNCTION = re.compile(r"\\(?:sin|cos)\b")
+"""Factors that stand after names, as in print."""
 MOST_ANGLES = 4
 """Angles of which functions of two are tried."""
 MOST_NAMES = 60
@@ -40,7 +43,8 @@ class MonomialSearch:
         short ones first.
         """
         for number, factors in self._search.find(values, dimension):
-            spellings = sorted(factor.label for factor in factors)
+            labels = (factor.label for factor in factors)
+            spellings = sorted(labels, key=lambda label: (bool(_FUNCTION.match(label)), label))
             yield " ".join(filter(None, (_format_number(number, bool(factors)), *spellings)))
 
 
@@ -91,7 +95,7 @@ def _format_number(number: Fraction, is_factor: bool) -> str:
         if size.denominator == 1
         else rf"\frac{{{size.numerator}}}{{{size.denominator}}}"
     )
-    return ("- " if number < 0 else "") + ("" if is_factor and size == 1 else text)
+    return ("-" if number < 0 else "") + ("" if is_factor and size == 1 else text)
 
 
 MOST_VECTORS = 24
@@ -152,7 +156,7 @@ def _list_terms(lacking: Any, vectors: dict[str, Any], search: MonomialSearch) -
     for word, vector in vectors.items():
         factor = _find_factor(lacking, vector)
         for scalar in search.find(factor, None) if factor is not None else ():
-            sign, size = ("-", scalar[2:]) if scalar.startswith("- ") else ("+", scalar)
+            sign, size = ("-", scalar[1:].strip()) if scalar.startswith("-") else ("+", scalar)
             yield f" {sign} {word}" if size == "1" else f" {sign} {size} {word}"
     terms: dict[int, list[str]] = {1: [], -1: []}
     for first, second in permutations(list(vectors)[:MOST_VECTORS], 2):

@@ -266,7 +266,7 @@ class StatedNames(Meanings):
         spelling = symbol.spell()
         if spelling in self.abbreviations and not self.table.meanings.get(spelling):
             return self.abbreviations[spelling]
-        if spelling not in self._meanings:
+        if self._meanings.get(spelling) is None:  # the text may define what was unknown before
             self._meanings[spelling] = self._fresh(symbol)
         return self._meanings[spelling]
 

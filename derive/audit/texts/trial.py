@@ -7,6 +7,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -39,13 +40,14 @@ from .formula import (
     Number,
     Product,
     RelationChain,
+    Sum,
     Symbol,
     expand_matrix_macros,
     list_nodes,
     read_formula,
 )
-from .interpretation import Read, interpret_formula
-from .names import NameTable, Stated, StatedNames, find_stated, read_name_table
+from .interpretation import Read, UnknownNameError, interpret_formula
+from .names import NameTable, Stated, StatedNames, find_stated, read_name_table, to_scalar
 from .values import OperandError, Scalar, Value
 
 ANNOUNCEMENT = re.compile(
@@ -55,6 +57,8 @@ ANNOUNCEMENT = re.compile(
     r"(?:the|its) equilibrium"
 )
 """Words and formulas that say that motions are small."""
+MOST_LISTED = 4
+"""Equations of which the numbers stand in a remark."""
 
 
 @dataclass
@@ -70,8 +74,9 @@ class ReadRow:
     chain: RelationChain | None = None
     read: Read | None = None
     reason: str = ""
-    number: str = ""
     defines: Symbol | None = None
+    unknown: Symbol | None = None
+    clash: str = ""
 
     @property
     def record(self) -> dict[str, Any]:
@@ -105,6 +110,12 @@ class PrintedText:
     names: StatedNames
     rows: list[ReadRow]
     places: dict[str, Place] = field(default_factory=dict)
+    uses: dict[str, list[str]] = field(default_factory=dict)
+    """The rows that hold and rest on a definition of the text that the mechanism does not test,
+    by the name.
+    """
+    meant: dict[str, str] = field(default_factory=dict)
+    """What names must mean that the text defines wrongly, by texts of a names file."""
     _repairs: dict[str, Repair | None] = field(default_factory=dict)
     _outcomes: dict[str, dict[str, list[bool] | None]] = field(default_factory=dict)
 
@@ -151,6 +162,58 @@ class PrintedText:
         line = self.places[number].row.row.line
         before = "\n".join(self.document.text.split("\n")[: self.document.lines.index(line) + 1])
         return ANNOUNCEMENT.search(before) is not None
+
+    def compares_angles(self, number: str) -> bool:
+        """Return whether both sides of an equation are angles: turns do not count."""
+        place = self.places[number]
+        if place.row.read is None:
+            return False
+        _, relation, left, right = place.row.read.residuals(place.row.names)[place.index]
+        return relation == "=" and left.kind == right.kind == "angle"
+
+    def find_clash(self, number: str) -> str:
+        """Return which terms of a definition have different units, empty if none have."""
+        return self.places[number].row.clash
+
+    def describe_use(self, number: str) -> str:
+        """Return which equations hold that rest on a definition, empty if none do."""
+        symbol = self.places[number].row.defines
+        numbers = self.uses.get(symbol.spell(), []) if symbol else []
+        listed = ", ".join(f"({some})" for some in numbers[:MOST_LISTED])
+        return f"a name of the text; what rests on it holds: {listed}" if numbers else ""
+
+    def describe_footing(self, number: str) -> str:
+        """Return what may be wrong instead of an equation: the definitions that it rests on and
+        nothing tests; or what its own name must mean, if it defines one.
+
+        Empty if there is neither.
+        """
+        chain = self.places[number].row.chain
+        first = chain.sides[0] if chain is not None else None
+        if isinstance(first, Name) and first.symbol.spell() in self.meant:
+            meant = self.meant[first.symbol.spell()]
+            return f"more of what rests on {first.symbol.spell()} holds if it is {meant}"
+        rests = self.list_footing(self.places[number].row)
+        untested = [
+            f"{spelling} of ({row.row.number})"
+            for spelling, row in rests.items()
+            if self.uses.get(spelling) == []
+        ]
+        return f"it rests on what nothing tests: {', '.join(untested)}" if untested else ""
+
+    def list_footing(self, row: ReadRow) -> dict[str, ReadRow]:
+        """Return the rows that define names which a row rests on, also by other definitions, by
+        name.
+        """
+        defining = {some.defines.spell(): some for some in self.rows if some.defines is not None}
+        footing: dict[str, ReadRow] = {}
+        waiting = [row]
+        while waiting:
+            spellings = {symbol.base.spell() for symbol in list_symbols(waiting.pop().chain)}
+            new = [s for s in sorted(spellings & defining.keys()) if s not in footing]
+            footing |= {spelling: defining[spelling] for spelling in new}
+            waiting += [defining[spelling] for spelling in new]
+        return {spelling: some for spelling, some in footing.items() if some is not row}
 
     def list_rows(self) -> list[dict[str, Any]]:
         """Return place, status and reason of every displayed row."""
@@ -222,8 +285,36 @@ def build_trial(
         table = replace(table, meanings={**table.meanings, **meant})
         case = read_case(document, stated, table, module)
         _test_definitions(case)
+        assert isinstance(case.source, PrintedText)
+        case.source.meant |= {spelling: text for spelling, text in meant.items() if "(" not in text}
+    _list_uses(case)
     _claim_what_fails(case, case.paper)
     return case
+
+
+def _list_uses(case: Case) -> None:
+    """List for each definition that nothing tests the equations that hold and rest on it."""
+    printed, equations = case.source, case.paper.equations
+    assert isinstance(printed, PrintedText)
+    for row in printed.rows:
+        if row.defines and isinstance(equations[row.row.number].claims, Definition):
+            printed.uses[row.defines.spell()] = []
+    for row in printed.rows:
+        spellings = printed.list_footing(row).keys() & printed.uses.keys()
+        numbers = [number for number, place in printed.places.items() if place.row is row]
+        # of vectors and matrices all entries must hold: one says nothing of the others
+        if spellings and not row.reason and all(_is_sound(case, row, n) for n in numbers):
+            for spelling in spellings:
+                printed.uses[spelling].append(row.row.number)
+
+
+def _is_sound(case: Case, row: ReadRow, number: str) -> bool:
+    """Return whether an equation of a row states something of the mechanism, and it holds."""
+    equation = case.paper.equations[number]
+    is_empty = equation.residual == 0 and row.defines is None
+    if is_empty or isinstance(equation.claims, Definition):
+        return False
+    return _vanishes(equation.residual, case.points)
 
 
 def _test_definitions(case: Case) -> dict[str, str]:
@@ -242,7 +333,8 @@ def _test_definitions(case: Case) -> dict[str, str]:
         if not isinstance(value, Scalar):
             continue
         fitting = {t: some for t, some in meanings.items() if some.dimension == value.dimension}
-        if any(_are_equal(value, meaning, case.points) for meaning in fitting.values()):
+        is_computed = not sp.sympify(value.value).is_Symbol
+        if is_computed and any(_are_equal(value, some, case.points) for some in fitting.values()):
             equation = case.paper.equations[row.row.number]
             case.paper.equations[row.row.number] = replace(equation, claims=UNCLAIMED)
         elif text := _find_meant(case, printed, row, value, fitting):
@@ -262,7 +354,7 @@ any other.
 
 def list_meanings(names: StatedNames) -> dict[str, Scalar]:
     """Return what the name of a scalar may mean of a mechanism, by its text in a names file, none
-    for formulas: positions, velocities and speeds of points, and energies.
+    for formulas: positions, velocities and speeds of points, energies, and named quantities.
     """
     if not isinstance(names.stated, Mechanism):
         return {}
@@ -280,7 +372,8 @@ def list_meanings(names: StatedNames) -> dict[str, Scalar]:
             continue
         if isinstance(value, Scalar) and value.value != 0:
             meanings[text] = value
-    return meanings
+    scalars = {name: to_scalar(quantity) for name, quantity in names.quantities.items()}
+    return meanings | {name: some for name, some in scalars.items() if name not in names.places}
 
 
 def _describe_speed(place: str) -> str:
@@ -296,8 +389,9 @@ def _find_meant(
     right.
 
     A definition is wrong if more rows that speak of the name hold once it means a quantity of the
-    mechanism; or if the name says which quantity, and one change of the definition makes it that,
-    unless axis or origin are another.
+    mechanism, at least two more if that has a name of its own, since one row may be what is wrong;
+    or if the name says which quantity, and one change of the definition makes it that, unless axis
+    or origin are another.
     """
     assert row.defines is not None
     names, spelling = printed.names, row.defines.spell()
@@ -313,11 +407,15 @@ def _find_meant(
     def count_holding(some: StatedNames) -> int:
         return sum(_row_holds(other, some, printed.document, case.points) for other in resting)
 
-    changed = {text: names.with_meanings({spelling: text}) for text in meanings}
-    counts = {text: count_holding(some) for text, some in changed.items()}
-    best = max(counts.values(), default=0)
-    if best > count_holding(names):
-        chosen = [text for text, count in counts.items() if count == best]
+    now = count_holding(names)
+    failing = len(resting) - now
+    candidates = [t for t in meanings if failing and (t not in names.quantities or failing > 1)]
+    changed = {text: names.with_meanings({spelling: text}) for text in {*candidates, *named}}
+    gains = {text: count_holding(changed[text]) - now for text in candidates}
+    enough = {text: gain for text, gain in gains.items() if gain > (text in names.quantities)}
+    best = max(enough.values(), default=0)
+    if best > 0:
+        chosen = [text for text, gain in enough.items() if gain == best]
         preferred = [text for text in chosen if text in named] or chosen
         return preferred[0] if len(preferred) == 1 else ""
     for text in named:
@@ -396,14 +494,13 @@ def read_case(
     printed = PrintedText(document, names, [])
     claims = subject.claims()
     by_sentence = {str(claim): claim for claim in claims}
-    for row in list_rows(document):
-        entry_of_row = table.rows.get(row.number, {})
-        entry = read_row(row, names.with_meanings(entry_of_row.get("names", {})), document)
-        printed.rows.append(entry)
+    printed.rows.extend(_read_rows(document, names, table))
+    for entry in printed.rows:
+        entry_of_row = table.rows.get(entry.row.number, {})
         if entry_of_row.get("skip"):
             entry.reason = f"left out: {entry_of_row['skip']}"
         if entry.chain is not None:
-            claim = _find_claim(entry_of_row, by_sentence, table, row)
+            claim = _find_claim(entry_of_row, by_sentence, table, entry.row)
             _add_row(entry, claim, printed, paper, claims)
     if unknown := sorted(table.rows.keys() - {entry.row.number for entry in printed.rows}):
         numbers = ", ".join(entry.row.number for entry in printed.rows[:20]) or "none"
@@ -411,6 +508,34 @@ def read_case(
             f"{table.file}: rows.{unknown[0]}: {document.name} has no such row; it has {numbers}"
         )
     return replace(trial(stated, paper, until), source=printed)
+
+
+def _read_rows(document: TextDocument, names: StatedNames, table: NameTable) -> list[ReadRow]:
+    """Read the rows of a text, those with unknown names again once a later row defines these.
+
+    What a later definition gives other units is not what it speaks of, and stays unknown.
+    """
+    rows = list_rows(document)
+    in_row = [names.with_meanings(table.rows.get(row.number, {}).get("names", {})) for row in rows]
+    entries = [read_row(row, some, document) for row, some in zip(rows, in_row, strict=True)]
+    count = 0
+    while count < len(names.abbreviations):
+        count = len(names.abbreviations)
+        for index, entry in enumerate(entries):
+            if entry.unknown is None or not in_row[index].is_known(entry.unknown):
+                continue
+            again = read_row(rows[index], in_row[index], document)
+            if again.read is None or again.read.is_consistent(in_row[index]):
+                entries[index] = again
+    spoiled = {entry.defines.spell(): entry for entry in entries if entry.defines and entry.clash}
+    for entry in entries:
+        spellings = {symbol.base.spell() for symbol in list_symbols(entry.chain)}
+        for spelling in sorted(spellings & spoiled.keys()) if entry.unknown else ():
+            number = spoiled[spelling].row.number
+            entry.reason = (
+                f"nothing says what {spelling} is: ({number}), which defines it, mixes units"
+            )
+    return entries
 
 
 def _find_claim(
@@ -460,6 +585,7 @@ def read_row(row: Row, names: StatedNames, document: TextDocument) -> ReadRow:
                 entry.reason = "an approximation: no value could contradict it"
     except (FormulaError, OperandError) as error:
         entry.reason = str(error)
+        entry.unknown = error.symbol if isinstance(error, UnknownNameError) else None
     except (TypeError, ValueError, ZeroDivisionError, RecursionError) as error:
         entry.reason = f"it cannot be evaluated: {type(error).__name__}: {error}"
     return entry
@@ -483,9 +609,41 @@ def _define(symbol: Symbol, entry: ReadRow, names: StatedNames) -> None:
     (value,) = entry.read.sides
     assert value is not None
     if isinstance(value, Scalar) and value.mixed:
-        raise FormulaError("it defines a name by what mixes units")
-    names.abbreviations[symbol.spell()] = value
+        assert entry.chain is not None
+        entry.clash = _find_clash(entry.chain.sides[1], entry.row.latex, names)
+        if not entry.clash:
+            raise FormulaError("it defines a name by what mixes units")
+    else:
+        names.abbreviations[symbol.spell()] = value
     entry.read, entry.defines = None, symbol
+
+
+def _find_clash(side: Node, latex: str, names: StatedNames) -> str:
+    """Return in words which terms that are added have different units, empty if none are known to.
+
+    Pure numbers do not count: they may be what a quantity with a unit was put for.
+    """
+    for total in list_nodes(side):
+        if not isinstance(total, Sum):
+            continue
+        terms = [
+            (latex[term.start : term.end].strip(), interpret_formula(_alone(term), names).sides[0])
+            for _, term in total.terms
+        ]
+        with_units = [
+            (text, value)
+            for text, value in terms
+            if isinstance(value, Scalar) and value.kind == "unit" and not value.mixed
+        ]
+        for (text, value), (other, second) in pairwise(with_units):
+            if value.dimension != second.dimension:
+                return f"{text} and {other}, which it adds, have different units"
+    return ""
+
+
+def _alone(term: Node) -> RelationChain:
+    """Return a term as a formula without relations."""
+    return RelationChain(term.start, term.end, (term,), ())
 
 
 def _add_row(
@@ -498,7 +656,8 @@ def _add_row(
     """Add the equations of a row to the paper."""
     number = entry.row.number
     if entry.reason or entry.read is None:
-        claimed = UNCLAIMED if entry.reason else Definition("an abbreviation of the text")
+        stated = not entry.reason and not entry.clash
+        claimed = Definition("an abbreviation of the text") if stated else UNCLAIMED
         paper.equation(number, sp.S.Zero, claimed)
         printed.places[number] = Place(entry, 0)
         return

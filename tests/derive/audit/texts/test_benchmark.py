@@ -135,6 +135,11 @@ def test_answers_of_another_checker_are_scored_beside(corpus: Path, tmp_path: Pa
     scores = run_benchmark(corpus, 18, 0, path)["checkers"]["other"]["all"]
     assert (scores["detection"], scores["errata_found"], scores["exact_repair"]) == (1, 1, 0)
     assert scores["false_alarms"] == sum(":rewrite:" in claim["key"] for claim in first["claims"])
+    unnamed = first["checkers"]["planter without names"]["all"]
+    named = first["checkers"]["planter"]["all"]
+    assert unnamed["refused"] > named["refused"] == 0  # nothing says what v_C is
+    assert 0 < unnamed["detected"] < named["detected"] == named["slips"]
+    assert (unnamed["false_alarms"], unnamed["errata_found"]) == (0, 1)
     path.write_text('{"key": "x"}\n', encoding="utf-8")
     with pytest.raises(OwnError, match=r"other\.jsonl, line 1"):
         run_benchmark(corpus, 18, 0, path)
@@ -177,12 +182,11 @@ def test_term_is_found_by_its_values(claims: TextClaims) -> None:
     by_name = {factor.label: factor.values for factor in factors}
     values = -1.5 * by_name["m_{s}"] * by_name[r"\dot{s}^2"] * by_name[r"\cos \beta"]
     assert find_products(claims, values)[0].split() == [
-        "-",
-        r"\frac{3}{2}",
-        r"\cos",
-        r"\beta",
+        r"-\frac{3}{2}",
         r"\dot{s}^2",
         "m_{s}",
+        r"\cos",
+        r"\beta",
     ]
     assert find_products(claims, values, (0, 1, 0)) == []
     assert find_products(claims, values * np.linspace(1, 1.001, len(values))) == []

@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 
+from derive.audit.texts.changes import shorten_latex
 from tests.support.made_up import read_text, record_all
 
 CRANK = '''
@@ -118,3 +119,125 @@ def test_energy_is_tested(tmp_path: Path) -> None:
     assert list_verdicts(tmp_path, X_C, Y_C, right)[2] == "confirmed"
     records = judge(tmp_path, X_C, Y_C, right.replace("J_r", "2 J_r"))
     assert records[2]["verdict"] == "misprint"
+
+
+MOTOR = r"M = k (F_{Ay}\cos\varphi - F_{Ax}\sin\varphi)"
+PLACE = r"s = k\cos\varphi + \sqrt{l^2 - r^2\sin^2\varphi}"
+
+
+def test_names_defined_after_their_use_are_known(tmp_path: Path) -> None:
+    turned = NEWTON.replace("- F_{By}", "+ F_{By}")
+    records = judge(tmp_path, RATE, NEWTON, turned, X_C, Y_C.replace(r"\sin", r"\cos"))
+    assert [record["verdict"] for record in records] == [
+        "confirmed",
+        "confirmed",
+        "misprint",
+        "confirmed",
+        "misprint",
+    ]
+    assert [records[place]["corrected_latex"] for place in (2, 4)] == [NEWTON, Y_C]
+
+
+def test_later_definition_of_another_unit_is_not_what_a_row_speaks_of(tmp_path: Path) -> None:
+    records = judge(tmp_path, r"s = r\cos\varphi + h\cos\beta", r"h = m_r r")
+    assert [record["verdict"] for record in records] == ["not judged", "untested"]
+
+
+@pytest.mark.parametrize("mixing", [r"k = r + m_r", r"k = \sqrt{r^2 + a}", r"k = l (J_r + m_r a)"])
+def test_definition_that_mixes_units_is_an_error_of_the_text(tmp_path: Path, mixing: str) -> None:
+    records = judge(tmp_path, mixing, MOTOR, r"w = k a")
+    assert records[0]["verdict"] == "contradicted"
+    assert "have different units" in records[0]["finding"]
+    assert [record["verdict"] for record in records[1:]] == ["not judged"] * 2
+    assert all("(1), which defines it, mixes units" in record["finding"] for record in records[1:])
+
+
+@pytest.mark.parametrize("definition", [r"k = 3 + r", r"k = \cos\varphi + r", r"k = \sin(2 a)"])
+def test_pure_numbers_in_a_definition_may_stand_for_quantities(
+    tmp_path: Path, definition: str
+) -> None:
+    assert list_verdicts(tmp_path, definition) == ["not judged"]
+
+
+def test_definition_is_suspected_before_two_rows_that_rest_on_it(tmp_path: Path) -> None:
+    records = judge(tmp_path, r"k = r + a", MOTOR, PLACE)
+    assert [record["verdict"] for record in records] == ["contradicted", "confirmed", "confirmed"]
+    assert "holds if it is r" in records[0]["finding"]
+
+
+def test_row_that_rests_on_an_untested_definition_says_so(tmp_path: Path) -> None:
+    records = judge(tmp_path, r"k = r + a", MOTOR)
+    assert [record["verdict"] for record in records] == ["untested", "misprint"]
+    assert "rests on what nothing tests: k of (1)" in records[1]["finding"]
+
+
+def test_definition_that_sound_rows_rest_on_is_no_suspect(tmp_path: Path) -> None:
+    wrong = MOTOR.replace("-", "+").replace("k", "k \\frac{l}{a}")
+    sound = r"x_C = r\cos\varphi + k l\cos\beta"
+    records = judge(tmp_path, r"k = \frac{a}{l}", sound, wrong)
+    assert [record["verdict"] for record in records[:2]] == ["untested", "confirmed"]
+    assert "what rests on it holds: (2)" in records[0]["finding"]
+    assert records[2]["verdict"] not in ("confirmed", "not judged")
+    assert "nothing tests" not in records[2]["finding"]
+
+
+def test_rates_are_tested(tmp_path: Path) -> None:
+    rate = r"\omega_r = -\frac{r\omega\cos\varphi}{l\cos\beta}"
+    assert list_verdicts(tmp_path, rate) == ["confirmed"]
+    assert list_verdicts(tmp_path, rate.replace("-", "")) == ["untested"]
+
+
+@pytest.mark.parametrize(
+    ("row", "holds"),
+    [
+        (r"\beta = 2\pi - \arcsin\left(\frac{r}{l}\sin\varphi\right)", True),
+        (r"\varphi = \operatorname{atan2}(r\sin\varphi, r\cos\varphi)", True),
+        (r"\beta = \pi - \arcsin\left(\frac{r}{l}\sin\varphi\right)", False),
+        (r"\varphi = \operatorname{atan2}(r\cos\varphi, r\sin\varphi)", False),
+        (r"r\varphi = r\operatorname{atan2}(r\sin\varphi, r\cos\varphi)", False),  # an arc
+    ],
+)
+def test_angles_are_equal_up_to_turns(tmp_path: Path, row: str, holds: bool) -> None:
+    (record,) = judge(tmp_path, row)
+    assert (record["verdict"] == "confirmed") is holds
+    assert ("whole turns" in record["finding"]) is holds
+
+
+@pytest.mark.parametrize(
+    ("row", "corrected"),
+    [
+        (
+            r"\ddot s = -r\omega^2\cos\varphi - l\ddot\beta\sin\beta",
+            r"\ddot s = -r\omega^2\cos\varphi - l\ddot\beta\sin\beta - \dot{\beta}^2 l \cos \beta",
+        ),
+        (r"G = \frac{1}{2} F_{Bx} - m_s\ddot s", r"G = F_{Bx} - m_s\ddot s"),
+        (
+            r"M = -r (F_{Ay}\cos\varphi - F_{Ax}\sin\varphi)",
+            r"M = r (F_{Ay}\cos\varphi - F_{Ax}\sin\varphi)",
+        ),
+        (
+            r"M = r (-F_{Ay}\cos\varphi + F_{Ax}\sin\varphi)",
+            r"M = -r (-F_{Ay}\cos\varphi + F_{Ax}\sin\varphi)",
+        ),
+    ],
+)
+def test_corrected_rows_read_as_print(tmp_path: Path, row: str, corrected: str) -> None:
+    rate = r"l\dot\beta\cos\beta = -r\omega\cos\varphi"
+    record, _ = judge(tmp_path, row, rate)
+    assert " ".join(record["corrected_latex"].split()) == corrected
+
+
+def test_second_statement_of_a_definition_is_repaired_to_it(tmp_path: Path) -> None:
+    first = r"v_B = -r\omega\frac{\sin(\varphi-\beta)}{\cos\beta}"
+    records = judge(tmp_path, first, first.replace(r"\varphi-", r"\varphi+"))
+    assert [record["verdict"] for record in records] == ["confirmed", "misprint"]
+    assert records[1]["corrected_latex"] == first
+
+
+def test_words_of_repairs_end_between_names() -> None:
+    piece = shorten_latex(r"r\,\omega\frac{\sin(\varphi-\beta)}{\cos\beta} + l\dot\beta\sin\beta")
+    assert piece == r"r\,\omega\frac{\sin(\varphi-\beta)}{\cos\beta} ..."
+    assert shorten_latex(r"F_{Ay}\cos\varphi - F_{Ax}\sin\varphi + m_r g") == (
+        r"F_{Ay}\cos\varphi - F_{Ax} ..."
+    )
+    assert shorten_latex(r"a + b") == "a + b"

@@ -155,10 +155,24 @@ def test_formulas_between_single_dollars_that_are_alone_are_rows() -> None:
 
 @pytest.mark.parametrize("suffix", [".md", ".tex"])
 def test_formula_alone_on_a_line_of_a_sentence_is_told(suffix: str) -> None:
-    source = "It runs where\n$a = b$\nholds; $c = d$ and\n$x$\nare inline.\n"
-    (row,) = list_rows(build_document(f"text{suffix}", suffix, source))
-    assert (row.latex, row.line) == ("a = b", 2)
-    assert "passed over" in row.refused
+    source = "It runs where\n$a = b$\nholds; $c = d$ and\n$x$\nare inline if\n$e = f$.\n"
+    rows = list_rows(build_document(f"text{suffix}", suffix, source))
+    assert [(row.latex, row.line) for row in rows] == [("a = b", 2), ("e = f", 6)]
+    assert all("passed over" in row.refused for row in rows)
+
+
+def test_formula_alone_on_a_line_that_words_lead_to_is_a_row() -> None:
+    source = (
+        "The force is\n$a = b$\nwhere $b$ is known. It follows that\n$c = d$,\n$e = f$.\nNow for "
+        "small angles:\n$g = h$\n"
+    )
+    rows = list_rows(build_document("text.md", ".md", source))
+    assert [(row.latex, row.line, row.refused) for row in rows] == [
+        ("a = b", 2, ""),
+        ("c = d", 4, ""),
+        ("e = f", 5, ""),
+        ("g = h", 7, ""),
+    ]
 
 
 def test_inline_formulas_and_prices_are_no_rows() -> None:
