@@ -22,7 +22,9 @@ SYSTEMS = LateDict(
     }
 )
 NAMES = sorted(
-    p.stem for p in GENERATED.glob("*.json") if not p.stem.startswith(("audit", "curve_", "verdicts"))
+    p.stem
+    for p in GENERATED.glob("*.json")
+    if not p.stem.startswith(("audit", "curve_", "verdicts"))
 )
 """Of the systems, as they are in `generated/`."""
 

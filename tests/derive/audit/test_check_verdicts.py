@@ -172,7 +172,12 @@ def strike_printed_moment(record: Record) -> None:
 
 def replace_all_by_the_derivation(record: Record) -> None:
     reading = find_reading(record)
-    step = {"words": "as derived", "old": reading["initial"], "new": reading["derived"], "swaps": {}}
+    step = {
+        "words": "as derived",
+        "old": reading["initial"],
+        "new": reading["derived"],
+        "swaps": {},
+    }
     reading["steps"] = [[step | {"frame": "_place", "after": reading["derived"]}]]
     reading["missing"] = []
     record["verdict"] = reading["verdict"] = "misprint"
