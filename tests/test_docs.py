@@ -304,7 +304,7 @@ def test_findings_name_every_equation_at_fault_and_no_other() -> None:
     record, page = verdicts.load_verdicts(), findings.page()
     listed = set(re.findall(r"^\* \*\*\((.+?)\)\*\*, ", page, re.MULTILINE))
     assert listed == {
-        entry["equation"] for entry in record["equations"] if entry["verdict"] in findings.FAULT
+        entry["equation"] for entry in record["equations"] if entry["grade"] == "at fault"
     }
 
 

@@ -170,21 +170,24 @@ def test_records_are_frozen_and_their_keys_are_those_of_the_json(device: Device)
         result.samples = 1  # type: ignore[misc]
 
 
-def test_python_of_the_readme_runs_as_written(
+def test_python_of_the_pages_runs_as_written(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("MPLBACKEND", "Agg")
     shutil.copytree(own.generated("slider_crank"), tmp_path / "own")
     monkeypatch.chdir(tmp_path)
-    text = (ROOT / "README.md").read_text(encoding="utf-8").partition("In Python:")[2]
+    pages = ((ROOT / "docs" / name).read_text(encoding="utf-8") for name in ("use.md", "own.md"))
+    text = "\n".join(pages)
     blocks = [
         textwrap.dedent(block) for block in re.findall(r"(?:^(?: {4}.*)?\n)+", text, re.MULTILINE)
     ]
-    python_blocks = [block for block in blocks if "from planter import" in block]
+    python_blocks = [
+        block for block in blocks if "from planter import" in block and ">>>" not in block
+    ]
     assert [
         name in "".join(python_blocks) for name in ("device.x(", "evaluate_many(", "Kernel(")
     ] == [True] * 3
     space: dict[str, object] = {}
     for block in python_blocks:
-        exec(compile(block, "README.md", "exec"), space)
+        exec(compile(block, "page", "exec"), space)
     assert space["designs"].shape == (100, 3)

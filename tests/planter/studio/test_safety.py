@@ -37,7 +37,7 @@ def write_evil(folder: Path) -> Path:
     folder.mkdir(parents=True, exist_ok=True)
     mark = folder / "executed"
     (folder / "evil.py").write_text(EVIL.format(mark=str(mark)), encoding="utf-8")
-    sidecar = {"vectors": {"data": [], "outputs": []}, "functions": {}}
+    sidecar = {"vectors": {"data": [], "outputs": []}, "functions": {}, "speed": "omega"}
     (folder / "evil.json").write_text(json.dumps(sidecar), encoding="utf-8")
     return mark
 
