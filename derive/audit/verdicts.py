@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 import json
 import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -359,8 +358,9 @@ def judge_cases(modules: Iterable[ModuleType], committed: Path | None = None) ->
         if c.source is not None
         for row in c.source.list_rows()
     ]
-    # of the checker, which needs python-flint, and speaks of what it checks
-    describe = importlib.import_module(f"{__package__}.check_verdicts").describe_verdict
+    from . import check_verdicts  # needs python-flint, and says what it checks
+
+    describe: Any = check_verdicts.describe_verdict
     evidence = [
         record[EVIDENCE] | {"statement": describe(record[EVIDENCE])}
         for record in records

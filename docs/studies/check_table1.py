@@ -168,7 +168,8 @@ class Stage:
 
     def turn(self, t: arb) -> arb:
         """Return the rotation of the conjugate to an angle t in the first segment of the driver."""
-        assert self.m * t < PI
+        if not self.m * t < PI:
+            raise ValueError(f"{t} is not in the first segment")
         return self.curve.integral(self.m * t) / self.m
 
     def invert(self, turned: arb) -> arb:
@@ -257,17 +258,15 @@ def build_circle(radius: arb, eccentricity: arb, count: int = 1024) -> Curve:
         index = int(np.searchsorted(starts, float(v.mid()))) - 1
         index = min(max(index, 0), count - 1)
         around = span(nodes[max(index - 1, 0)], nodes[min(index + 2, count)])
-        u = nodes[index] + (v - turned[index]) / ratio(around)[0]
-        assert around.overlaps(u)
-        return u
+        return nodes[index] + (v - turned[index]) / ratio(around)[0]  # by the mean value theorem
 
     return Curve(ratio, invert, lambda u: integrate(arb(0), u, distance))
 
 
 class Motion(NamedTuple):
-    """What the gears decide at a cam angle: sine and cosine of the direction (sun to nozzle) alpha
-    of the planet, turns of the middle gears (direction and rate per carrier angle), and the cam
-    angle's first and second derivative in the carrier's.
+    """What the gears decide at a cam angle: sine and cosine of alpha, the angle of the nozzle's axis
+    clockwise from x; the direction of the middle gears' centroid with two derivatives in the
+    carrier's angle; and the first and second derivative of the cam angle in it.
     """
 
     sine: arb
@@ -308,14 +307,9 @@ class Train:
         return Motion(alpha.sin(), alpha.cos(), direction, (1 + f1, df1), rate, rise)
 
 
-COLUMNS = 5
-"""Moments of mass that the vertical moment Y of a side is a sum of: of what turns with the planet,
-along x' and y'; of what swings, along both; of the middle gears.
-"""
-
-
 def differentiate(at: Motion, swing: tuple[arb, arb, arb]) -> tuple[list[arb], list[arb]]:
-    """Return P = Y' and P' in the carrier's angle for each moment of mass.
+    """Return P = Y' and P' in the carrier's angle for each of the five moments of mass of a side
+    (`find_moments`).
 
     `swing` is the swing of a half with two derivatives in the cam angle.
     """
@@ -338,7 +332,9 @@ def differentiate(at: Motion, swing: tuple[arb, arb, arb]) -> tuple[list[arb], l
 
 
 def find_moments(values: Sequence[float]) -> list[float]:
-    """Return the moments of mass [kg m] of values in the order and units of `LINEAR`."""
+    """Return the moments of mass [kg m] of values in the order and units of `LINEAR`: of what turns
+    with the planet, along x' and y'; of what swings, along xi and zeta; of the middle gears.
+    """
     middle, planet, rocker, nozzle, x, y, hinge, along, across = values
     halves = 2 * (rocker + nozzle)
     moments = [
@@ -352,7 +348,7 @@ def find_moments(values: Sequence[float]) -> list[float]:
 
 
 class Enclosure(NamedTuple):
-    """Balls (n, COLUMNS) as doubles; their radii cover the rounding of sums with them."""
+    """Balls (n, 5) as doubles; their radii cover the rounding of sums with them."""
 
     centre: np.ndarray
     radius: np.ndarray
@@ -365,7 +361,7 @@ class Enclosure(NamedTuple):
         return cls(centre, radius * (1 + 1e-12) + np.abs(centre) * 1e-12)
 
     def combine(self, corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return centres and radii (n, c) of sums with weights (c, COLUMNS)."""
+        """Return centres and radii (n, c) of sums with weights (c, 5)."""
         return self.centre @ corners.T, (self.radius @ np.abs(corners).T) * (1 + 1e-12)
 
 

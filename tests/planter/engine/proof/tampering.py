@@ -197,15 +197,6 @@ def _change_programs(document: Document) -> Changes:
     yield from _put(("response", "offsets"), offsets[:-1], [*offsets, "1/3"])
 
 
-def list_silent_jumps(document: Document) -> Changes:
-    """Yield conditions that are said to choose between equals; only who knows the code is sure."""
-    for stage, entry in enumerate(document["response"]["stages"]):
-        for n, (name, _, numbers) in enumerate(entry["operations"]):
-            if name == "below" and float.fromhex(numbers[1]):
-                path = ("response", "stages", stage, "operations", n, 2, 1)
-                yield from _put(path, (0.0).hex())
-
-
 def _change_assembly(document: Document) -> Changes:
     """Assemblies that are none, or are not the one from which roots were followed."""
     for index, node in _list_kinds(document):
