@@ -260,6 +260,19 @@ def find_expansions(tree: ast.AST) -> Iterator[str]:
                 yield ast.unparse(node.func)
 
 
+def find_settings(tree: ast.AST) -> Iterator[str]:
+    """What a module sets of another one when it is imported, as text: the precision of a library,
+    which then holds for all that the process does.
+    """
+    waiting = list(ast.iter_child_nodes(tree))
+    for node in waiting:
+        if isinstance(node, ast.FunctionDef | ast.ClassDef | ast.Lambda):
+            continue
+        waiting += ast.iter_child_nodes(node)
+        if isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Store):
+            yield ast.unparse(node)
+
+
 def list_machine_modules() -> Iterator[Path]:
     """Yield modules of machines and of gears, without those that draw or hold what papers print."""
     folder = ROOT / "planter"
@@ -350,6 +363,14 @@ RULES = {
             array.SOLVER,
             casadi.SOLVER,
         ),
+        folder="",
+    ),
+    "settings on import": _Rule(
+        find_settings,
+        {"tests/conftest.py": "no compiled files of the suite's own"},
+        lambda: list_modules("planter", "derive", "generated", "tests", "docs"),
+        ("ctx.prec = 400", "try:\n    ctx.prec = 64\nexcept ImportError:\n    pass", "a.b += 1"),
+        ("with ctx.workprec(80):\n    x = 1", "def main():\n    ctx.prec = 64", "x[0] = a.b"),
         folder="",
     ),
 }

@@ -27,11 +27,10 @@ from pathlib import Path
 
 from flint import arb, ctx, fmpq, fmpq_mpoly_ctx
 
-SAMPLES, TRIES, PLACE, MOST_WORDS = 40, 4000, "_place", 4
-ctx.prec = 400
-SMALL, CLOSE, TURN = arb(10) ** -60, arb(10) ** -20, 2 * arb.pi()
-"""What is left of terms of size one where two sides are equal, far above rounding at 400 bits; and
-where values are given to 30 digits; and a whole turn.
+SAMPLES, TRIES, PLACE, MOST_WORDS, BITS = 40, 4000, "_place", 4, 400
+SMALL, CLOSE = arb(10) ** -60, arb(10) ** -20
+"""What is left of terms of size one where two sides are equal, far above rounding at so many bits;
+and where values are given to 30 digits.
 """
 OPERATORS = {ast.Add: operator.add, ast.Sub: lambda a, b: a + -b, ast.Mult: operator.mul}
 OPERATORS |= {ast.Div: lambda a, b: a * b**-1, ast.BitAnd: operator.and_, ast.BitOr: operator.or_}
@@ -225,8 +224,8 @@ class Ring:
 
 def _wrap(gap, entry):
     """Return a difference without whole turns, if it is one of directions."""
-    turns = (gap / TURN + fmpq(1, 2)).mid().floor() if entry["direction"] else 0
-    return gap - TURN * turns
+    turn = 2 * arb.pi()
+    return gap - turn * ((gap / turn + fmpq(1, 2)).mid().floor() if entry["direction"] else 0)
 
 
 def draw_points(entry, names):
@@ -407,6 +406,7 @@ EXPECTED = {"misprint": {(0, 0)}, "incomplete": {(1, 0)}, "contradicted": {(0, 1
 """Whether terms are missing and unexplained, by verdict."""
 
 
+@ctx.workprec(BITS)
 def check_record(record, tables):
     """Return how the verdict on an equation was checked, under every reading."""
     entries = [record | {"table": tables[record["paper"]]} | r for r in record["readings"]]

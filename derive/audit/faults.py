@@ -195,7 +195,7 @@ def _describe_rest(
 
 
 def describe_term(term: Expr) -> str:
-    """Return a term of a balance in words, by its rates and the body that its mass is of; the term
+    r"""Return a term of a balance in words, by its rates and the body that its mass is of; the term
     itself if it is none.
 
     >>> from derive import quantities

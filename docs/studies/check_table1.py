@@ -32,10 +32,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from flint import acb, arb, ctx
 
-ctx.prec = 80
-PI = arb.pi()
-DEGREE = PI / 180
-SPEED = 40 * 2 * PI / 60  # of the carrier [rad/s]
+BITS = 80
+with ctx.workprec(BITS):
+    PI = arb.pi()
+    DEGREE = PI / 180
+    SPEED = 40 * 2 * PI / 60  # of the carrier [rad/s]
 GEARS = {
     "theta_deg": "65.744",
     "alpha3_deg": "25.467",
@@ -536,6 +537,7 @@ def find_limit(span_N: str, variance_N2: str) -> float:
     return float(limit.lower())
 
 
+@ctx.workprec(BITS)
 def main() -> int:
     """Print the theorem; return 1 if a row is not excluded."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])

@@ -31,7 +31,6 @@ from pathlib import Path
 try:
     from flint import arb, arb_mat, arb_poly, ctx
 
-    ctx.prec = 64
     ONE, ZERO, UNIT, INFINITY = arb(1), arb(0), arb(0, 1), arb("inf")
 except ImportError:  # what a file states takes no arithmetic: planter has these rules from here
     if __name__ == "__main__":
@@ -1906,6 +1905,7 @@ def read_file(path):
 def load_proof(path):
     """Read a file, in every process."""
     global PROOF
+    ctx.prec = 64
     document = read_file(path)
     check_form(document)
     PROOF = ProofClaims(document)

@@ -2,7 +2,7 @@
 library; without rounding, or with a wrong sign, they do not.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -15,7 +15,7 @@ from planter.engine.proof.jets import ANYWHERE, Jet, Space, packed_indices
 from planter.engine.proof.programs import record_program
 from planter.kernels import Array
 
-ctx.prec = 200
+BITS = 200
 RNG = np.random.default_rng(20)
 COUNT = 400
 SIZES = 10.0 ** RNG.integers(-8, 3, COUNT)
@@ -24,6 +24,13 @@ RAD = np.where(RNG.random(COUNT) < 0.4, 0, np.abs(MID) * 10.0 ** RNG.integers(-1
 ONE = Ball(MID, RAD)
 TWO = Ball(np.roll(MID, 7) + 0.5 * np.sign(np.roll(MID, 7)), np.roll(RAD, 7))
 POSITIVE = Ball(np.abs(MID), RAD)
+
+
+@pytest.fixture(autouse=True)
+def precision() -> Iterator[None]:
+    with ctx.workprec(BITS):
+        yield
+
 
 Operation = tuple[Callable[..., Ball], Callable[..., arb], tuple[Ball, ...]]
 OPERATIONS: dict[str, Operation] = {
@@ -97,7 +104,8 @@ Function = Callable[[Any, Sequence[Any]], Any]
 class Series:
     """Elementary functions of power series under NumPy's names."""
 
-    pi = arb.pi()
+    with ctx.workprec(BITS):
+        pi = arb.pi()
     sin = staticmethod(lambda x: x.sin())
     cos = staticmethod(lambda x: x.cos())
     sqrt = staticmethod(lambda x: x.sqrt())

@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib.util
 import json
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -41,8 +42,14 @@ CAM = {
 }
 
 
+@pytest.fixture(autouse=True, scope="module")
+def precision() -> Iterator[None]:
+    with checker.ctx.workprec(checker.BITS):
+        yield
+
+
 @pytest.fixture(scope="module")
-def train() -> Any:
+def train(precision: None) -> Any:
     return checker.Train()
 
 
