@@ -17,7 +17,7 @@ from mpmath import mpf
 from sympy import Basic, Expr
 
 from .functions import TabulatedFunction, Turns
-from .quantity import Quantities, Quantity
+from .quantity import Quantities, Quantity, find_factor
 
 DIGITS = 50
 GUARD = 10
@@ -160,19 +160,6 @@ def _constant(value: Basic) -> mpf:
         return mpf(sp.N(value, DIGITS + GUARD))
 
 
-_IN_SI: dict[str, Callable[[], mpf]] = {
-    "_mm_s": lambda: mpf("1e-3"),
-    "_mm": lambda: mpf("1e-3"),
-    "_deg_per_s": lambda: mpmath.pi / 180,
-    "_deg": lambda: mpmath.pi / 180,
-    "_rpm": lambda: mpmath.pi / 30,
-    "_GPa": lambda: mpf("1e9"),
-}
-"""Endings of keys with what their unit is in SI, to the precision of the moment; any other ending
-is an SI unit.
-"""
-
-
 @dataclass(frozen=True)
 class MachineFile:
     """Tables of a machine, decimal numbers as they are written."""
@@ -207,7 +194,7 @@ class MachineFile:
 
 def si_factor(key: str) -> mpf:
     """Return the factor to SI of the unit at the end of a key."""
-    return next((scale() for ending, scale in _IN_SI.items() if key.endswith(ending)), mpf(1))
+    return mpf(find_factor(key).evalf(mpmath.mp.dps))
 
 
 def table_values(table: Quantities) -> dict[Quantity, mpf]:

@@ -11,6 +11,7 @@ from decimal import Decimal, InvalidOperation
 from fractions import Fraction
 from functools import cache
 from keyword import iskeyword
+from typing import NamedTuple
 
 import sympy as sp
 from sympy import Expr
@@ -262,9 +263,43 @@ class Datum:
     bounds: tuple[Decimal, Decimal] | None = None
 
 
-SHOWN = {"mm": "m", "mm/s": "m/s", "deg": "rad", "deg/s": "rad/s", "r/min": "rad/s", "GPa": "N/m2"}
-"""Units that people write, with those of SI."""
-_ENDINGS = {"deg/s": "deg_per_s", "r/min": "rpm", "N m": "Nm", "1": ""}
+class ShownUnit(NamedTuple):
+    """A unit that people write: its value in the unit `si`, and how it ends a key."""
+
+    si: str
+    factor: Expr
+    ending: str
+
+
+SHOWN = {
+    "mm": ShownUnit("m", sp.Rational(1, 1000), "mm"),
+    "cm": ShownUnit("m", sp.Rational(1, 100), "cm"),
+    "mm/s": ShownUnit("m/s", sp.Rational(1, 1000), "mm_s"),
+    "km/h": ShownUnit("m/s", sp.Rational(5, 18), "km_h"),
+    "deg": ShownUnit("rad", sp.pi / 180, "deg"),
+    "deg/s": ShownUnit("rad/s", sp.pi / 180, "deg_per_s"),
+    "r/min": ShownUnit("rad/s", sp.pi / 30, "rpm"),
+    "kN": ShownUnit("N", sp.Integer(1000), "kN"),
+    "kN/m": ShownUnit("N/m", sp.Integer(1000), "kN_m"),
+    "kW": ShownUnit("W", sp.Integer(1000), "kW"),
+    "MPa": ShownUnit("N/m2", sp.Integer(10**6), "MPa"),
+    "GPa": ShownUnit("N/m2", sp.Integer(10**9), "GPa"),
+}
+"""Units that are converted to those of SI."""
+_ENDINGS = {"N m": "Nm", "1": ""}
+
+
+def find_factor(key: str) -> Expr:
+    """Return the value in SI of the unit that ends a key.
+
+    >>> find_factor("values.speed_km_h"), find_factor("values.stiffness_N_m")
+    (5/18, 1)
+    """
+    endings = {f"_{unit.ending}": unit.factor for unit in SHOWN.values()}
+    found = [ending for ending in endings if key.endswith(ending)]
+    return endings[max(found, key=len)] if found else sp.S.One
+
+
 SECTION = "values"
 
 
@@ -315,8 +350,8 @@ def quantities(text: str, source: str = "own", section: str = SECTION) -> Quanti
     begins a comment.
 
     Value and bounds, for data only, are in the unit of their line: an SI unit (``kg m2``, ``N/m``,
-    ``1``) or mm, mm/s, deg, deg/s, r/min, GPa, which are converted; quantities themselves are in
-    SI. ``section`` is that of the machine file which holds the values; without one no file does.
+    ``1``) or one of `SHOWN`, such as mm, deg, r/min, km/h, kN, which are converted; quantities
+    themselves are in SI. ``section`` is that of the machine file which holds the values; without one no file does.
     Raises TableError, which names the line.
 
     >>> q = quantities('''
@@ -369,7 +404,8 @@ def _quantity(cells: list[str], source: str, section: str) -> Quantity:
             "a line says name | unit | meaning, and for data also | value | lower upper"
         )
     name, written_unit, meaning = cells[:3]
-    unit = SHOWN.get(written_unit, written_unit)
+    shown = SHOWN.get(written_unit)
+    unit = shown.si if shown else written_unit
     try:
         of_unit(unit)
     except KeyError as error:
@@ -377,9 +413,8 @@ def _quantity(cells: list[str], source: str, section: str) -> Quantity:
             f"{written_unit} is no unit: {error.args[0]} is not known; SI units and "
             f"{', '.join(SHOWN)} are"
         ) from None
-    ending = _ENDINGS.get(
-        written_unit, written_unit.replace("/", "_").replace(" ", "_").replace(".", "")
-    )
+    si_ending = unit.replace("/", "_").replace(" ", "_").replace(".", "")
+    ending = shown.ending if shown else _ENDINGS.get(unit, si_ending)
     key = f"{section}.{name}_{ending}" if ending else f"{section}.{name}"
     return Quantity(name, unit, meaning, source, key if section else "")
 

@@ -19,19 +19,11 @@ from .quantity import (
     Quantity,
     TableError,
     dimension,
+    find_factor,
     of_unit,
     quantities,
 )
 
-FACTORS = {
-    "mm": 1e-3,
-    "deg": math.pi / 180,
-    "deg_per_s": math.pi / 180,
-    "rpm": math.pi / 30,
-    "mm_s": 1e-3,
-    "GPa": 1e9,
-}
-"""The SI values of the units that endings of columns name; all others are of SI."""
 FEWEST, MOST = 4, 400
 """The numbers of rows that a table may have."""
 
@@ -42,7 +34,8 @@ def read_table(path: str | Path, columns: str, periodic: bool = False) -> Callab
 
     ``columns`` has two lines ``name | unit | meaning``, as `quantities` reads them: of the
     argument, which rises from row to row, and of the value. The header of the file names them with
-    their units, such as ``phi_deg`` and ``lift_mm``; lines that begin with # are comments. The
+    their units, such as ``phi_deg`` and ``lift_mm``; lines that begin with # are comments; where
+    semicolons separate columns, decimals may be written with a comma. The
     function takes an expression in the SI unit of the argument and is in that of the value. It is
     the cubic spline through all points, not-a-knot at both ends (C. de Boor, A practical guide to
     splines, 2001, chapter 4); beyond them it has no value. If ``periodic``, it repeats after the
@@ -142,10 +135,6 @@ def _key(column: Quantity) -> str:
     return column.shown.rpartition(".")[2]
 
 
-def _factor(column: Quantity) -> float:
-    return FACTORS.get(_key(column).removeprefix(f"{column.name}_"), 1.0)
-
-
 def read_columns(path: Path, *columns: Quantity) -> list[list[float]]:
     """Return the numbers of columns of a file, in SI; the first of them rises.
 
@@ -157,11 +146,18 @@ def read_columns(path: Path, *columns: Quantity) -> list[list[float]]:
         raise TableError(
             f"{path}: this cannot be read as a text ({getattr(error, 'strerror', 'not UTF-8')})"
         ) from None
-    rows = [
-        (number, next(csv.reader([line])))
+    contents = [
+        (number, line)
         for number, line in enumerate(lines, 1)
         if line.strip() and not line.lstrip().startswith("#")
     ]
+    is_split = bool(contents) and ";" in contents[0][1]
+    rows = [
+        (number, next(csv.reader([line], delimiter=";" if is_split else ",")))
+        for number, line in contents
+    ]
+    if is_split and not any("." in line for _, line in contents[1:]):
+        rows[1:] = [(number, [cell.replace(",", ".") for cell in row]) for number, row in rows[1:]]
     header = [cell.strip() for cell in rows[0][1]] if rows else []
     for key in map(_key, columns):
         if key not in header:
@@ -183,8 +179,9 @@ def read_columns(path: Path, *columns: Quantity) -> list[list[float]]:
                 f"{before:g} in the row "
                 "above: sort the rows, and leave out repeated ones"
             )
+    factors = [float(find_factor(c.shown)) for c in columns]
     return [
-        [number * _factor(c) for number in part] for c, part in zip(columns, numbers, strict=True)
+        [number * factor for number in part] for factor, part in zip(factors, numbers, strict=True)
     ]
 
 

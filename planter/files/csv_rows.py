@@ -1,7 +1,8 @@
 """CSV text read as rows with line numbers for messages, and rows formatted as CSV text.
 
 Lines that start with `#` are comments, and empty lines are skipped. The first other line is the
-header; columns are separated by commas, and decimals written with a point.
+header, in which semicolons or tabs, if there are any, separate columns, else commas. Between
+semicolons and tabs, decimals may be written with a comma.
 """
 
 from __future__ import annotations
@@ -132,7 +133,9 @@ def read_table(text: str, source: str, columns: Sequence[str] = ()) -> CsvTable:
     comments = tuple(
         (i, line.lstrip()[1:].strip()) for i, line in enumerate(lines, 1) if _is_comment(line)
     )
-    records = _records(["" if _is_comment(line) else line for line in lines], source)
+    contents = ["" if _is_comment(line) else line for line in lines]
+    separator = _find_separator(next(filter(str.strip, contents), ""))
+    records = _records(contents, source, separator)
     first = next(records, None)
     if first is None:
         raise InputError(f"{source}: the file is empty, it must have {expected} and rows")
@@ -156,17 +159,29 @@ def read_table(text: str, source: str, columns: Sequence[str] = ()) -> CsvTable:
                 f"header "
                 f"has{_cut_by_commas(row, len(header))}"
             )
-    return CsvTable(
-        source, comments, header, tuple(n for n, _ in rows), tuple(row for _, row in rows)
-    )
+    cells = tuple(row for _, row in rows)
+    # a number with a point shows that a comma in another one groups digits, and is refused
+    has_points = any("." in cell and is_finite_number(cell) for row in cells for cell in row)
+    if separator != "," and not has_points:
+        cells = tuple(
+            tuple(safe_text.replace_decimal_comma(cell) or cell for cell in row) for row in cells
+        )
+    return CsvTable(source, comments, header, tuple(n for n, _ in rows), cells)
+
+
+def _find_separator(header: str) -> str:
+    """Return what separates the columns of a header."""
+    return next((mark for mark in ";\t" if mark in header), ",")
 
 
 def _is_comment(line: str) -> bool:
     return line.lstrip().startswith("#")
 
 
-def _records(lines: Sequence[str], source: str) -> Iterator[tuple[int, tuple[str, ...]]]:
-    reader = csv.reader(lines, strict=True)
+def _records(
+    lines: Sequence[str], source: str, separator: str
+) -> Iterator[tuple[int, tuple[str, ...]]]:
+    reader = csv.reader(lines, delimiter=separator, strict=True)
     try:
         for record in reader:
             longest = max(map(len, record), default=0)
@@ -188,12 +203,6 @@ def _too_long(source: str, line: int) -> str:
 
 
 def _check_header(header: Sequence[str], place: str, columns: Sequence[str]) -> None:
-    if len(header) == 1 and any(mark in header[0] for mark in ";\t"):
-        raise InputError(
-            f"{place}: the header is {shorten_text(header[0])}, but columns must be separated by "
-            f"commas, and decimals "
-            f"written with a point"
-        )
     if columns and set(header) != set(columns):
         raise InputError(
             f"{place}: the header {shorten_text(','.join(header))}: it must be {','.join(columns)}"

@@ -108,10 +108,12 @@ def _parse_factor(text: str) -> tuple[float, Dimension, float]:
 _UNITS = {
     "um": "um",
     "mm": "mm",
+    "cm": "cm",
     "m": "m",
     "per_mm": "1/mm",
     "mm_s": "mm/s",
     "m_s": "m/s",
+    "km_h": "km/h",
     "m_s2": "m/s2",
     "deg": "deg",
     "deg_per_s": "deg/s",
@@ -144,13 +146,17 @@ _UNITS = {
     "Pa": "Pa",
     "N2": "N2",
     "N_m": "N/m",
+    "kN": "kN",
+    "kN_m": "kN/m",
     "N_m2": "N/m2",
     "N_m15": "N/m^1.5",
+    "MPa": "MPa",
     "GPa": "GPa",
     "s_m": "s/m",
     "Nm": "N m",
     "J": "J",
     "W": "W",
+    "kW": "kW",
 }
 """Display units by the endings of keys."""
 _SI = {unit: suffix for suffix, unit in _UNITS.items() if parse_unit(unit).factor == 1.0}

@@ -51,11 +51,16 @@ def called(
     )
 
 
+def list_messages(done: subprocess.CompletedProcess[str]) -> list[str]:
+    """Return the lines on standard error without the step that a slow machine names."""
+    return [line for line in done.stderr.splitlines() if line != "planter: computing the cycle"]
+
+
 @pytest.fixture(scope="module")
 def expected() -> str:
     """What a call says where nothing is wrong."""
     done = called(*SIMULATE)
-    assert (done.returncode, done.stderr) == (0, "")
+    assert (done.returncode, list_messages(done)) == (0, [])
     return done.stdout
 
 
@@ -73,13 +78,13 @@ LOCALES = {
 )
 def test_an_environment_makes_no_difference(case: str, expected: str) -> None:
     done = called(*SIMULATE, variables=LOCALES[case])
-    assert (done.returncode, done.stdout, done.stderr) == (0, expected, "")
+    assert (done.returncode, done.stdout, list_messages(done)) == (0, expected, [])
 
 
 @pytest.mark.parametrize("flag", ["-O", pytest.param("-OO", marks=pytest.mark.long)])
 def test_optimised_python_says_the_same(flag: str, expected: str) -> None:
     done = called(*SIMULATE, python=(flag, "-W", "error"))
-    assert (done.returncode, done.stdout, done.stderr) == (0, expected, "")
+    assert (done.returncode, done.stdout, list_messages(done)) == (0, expected, [])
 
 
 @posix

@@ -206,7 +206,9 @@ def select_distinct(
 Method = Literal["auto", "hybrid", "ipopt", "ga"]
 METHODS: tuple[Method, ...] = ("auto", "hybrid", "ipopt", "ga")
 SHARE_AGREEING = 1 / 3
-"""Share of the starts that must agree for `auto` to do without the genetic algorithm."""
+"""Share of the starts that must agree for `auto` to do without the genetic algorithm, but at least
+two of several.
+"""
 MAX_POLISHED = 3
 """Maximum number of individuals from which local searches start."""
 MIN_SEPARATION = 0.02
@@ -344,7 +346,8 @@ class OptimiserRun:
         return [k for k, minimum in enumerate(self.minima) if minimum.objective > limit]
 
     def _starts_disagree(self) -> bool:
-        return self._count_agreeing() < SHARE_AGREEING * len(self.descents)
+        count = len(self.descents)
+        return self._count_agreeing() < max(SHARE_AGREEING * count, min(2, count))
 
     def _count_agreeing(self) -> int:
         """Return how many descents ended at the best objective."""

@@ -35,13 +35,20 @@ def test_comments_and_empty_lines_leave_lines_their_numbers() -> None:
     assert table.comments == ((1, "first"), (5, "in between"))
 
 
+@pytest.mark.parametrize("text", ["x;y\n1,5;-2\n", "x\ty\n1.5\t-2\n"])
+def test_semicolons_and_tabs_separate_columns_with_decimal_commas(text: str) -> None:
+    table = csv_rows.read_table(text, "a.csv", ("x", "y"))
+    assert [table.numbers(name) for name in "xy"] == [[1.5], [-2]]
+
+
 BAD = {
     "none": ("", (), "the file is empty, it must have a header and rows"),
     "none of some": ("", ("x",), "the file is empty, it must have the header x and rows"),
     "header": ("x,y\n1,2\n", ("x_mm", "y_mm"), "line 1: the header 'x,y': it must be x_mm,y_mm"),
     "no header": ("1,2\n3,4\n", ("x_mm", "y_mm"), "the names of the columns must stand above"),
     "no header, any": ("1,2\n3,4\n", (), "the header holds numbers"),
-    "semicolons": ("x;y\n1,5;2\n", (), "separated by commas, and decimals written with a point"),
+    "digits in groups": ("x;y\n1,500;2.5\n", (), r"line 2, column x: '1,500'"),
+    "groups and decimals": ("x;y\n1.500,5;2\n", (), r"line 2, column x: '1.500,5'"),
     "decimal commas": (
         "x,y\n1,2\n1,5,2,5\n",
         (),

@@ -97,6 +97,13 @@ def test_units_of_derivatives_are_per_argument(tmp_path: Path) -> None:
         read_table(path, "s | mm | depth\nload | N | soil")(PHI)
 
 
+def test_semicolons_and_decimal_commas_are_read(tmp_path: Path) -> None:
+    path = write_table(tmp_path, ["0;0,5", "1,5;1", "2;3", "3;5"], "v_km_h;load_kN")
+    load = read_table(path, "v | km/h | speed\nload | kN | pull")
+    speed = Quantity("v", "m/s", "speed", "own")
+    assert float(Point({speed: sp.Rational(5, 12)})(load(speed))) == pytest.approx(1000, rel=1e-12)
+
+
 def test_table_is_undefined_beyond_rows(tmp_path: Path) -> None:
     lift = read_table(write_table(tmp_path, ROWS[:4]), COLUMNS)
     with pytest.raises(NotEvaluated):

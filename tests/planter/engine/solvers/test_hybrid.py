@@ -6,6 +6,7 @@ import json
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -53,6 +54,17 @@ def test_certificate_distinguishes_optima(results):
         assert certificate.spread >= 0
     assert results["ga"].certificate.kkt_residual > 1e-6
     assert (results["ga"].certificate.starts, results["ga"].certificate.spread) == (0, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("objectives", "breeds"),
+    [([1, 1, 2], False), ([1, 2, 3], True), ([1], False), ([1] + [2] * 5, True)],
+)
+def test_a_start_that_agrees_with_itself_alone_is_no_agreement(objectives, breeds):
+    run = optimiser.OptimiserRun(toys.problem(N), settings=None)
+    run.descents = [None] * len(objectives)
+    run.minima = [SimpleNamespace(objective=float(o), violation=0.0) for o in objectives]
+    assert run._starts_disagree() is breeds
 
 
 def test_the_table_is_json_with_the_keys_of_the_interface(results):
