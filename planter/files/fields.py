@@ -131,13 +131,15 @@ def describe_problems(
     """Return an error with the problems of `source` that pydantic reports, at most 8, and the
     number of the others.
 
-    Unknown keys come first, since a misspelt key usually explains a missing one. The message marks
+    Unknown keys come first, since a misspelt key usually explains a missing one, and those of one
+    table are followed by its keys once. The message marks
     values whose path is in `changed` as set on the command line.
     """
     errors = sorted(
         error.errors(include_url=False), key=lambda details: details["type"] != "extra_forbidden"
     )
-    problems = "; ".join(_problem(details, model, changed) for details in errors[:_LISTED])
+    told: set[str] = set()
+    problems = "; ".join(_problem(details, model, changed, told) for details in errors[:_LISTED])
     more = len(errors) - _LISTED
     tail = f" (and {more} more problem{'s' if more > 1 else ''})" if more > 0 else ""
     return InputError(f"{source}: {problems}{tail}")
@@ -153,7 +155,9 @@ def value_error(
     return InputError.for_value(safe_text.quote_name(path), text, rule, source)
 
 
-def _problem(details: ErrorDetails, model: type[BaseModel], changed: Collection[str]) -> str:
+def _problem(
+    details: ErrorDetails, model: type[BaseModel], changed: Collection[str], told: set[str]
+) -> str:
     context: dict[str, Any] = details.get("ctx", {})
     location = (*details["loc"], context["key"]) if context.get("key") else details["loc"]
     path = paths.join_location(location)
@@ -165,7 +169,7 @@ def _problem(details: ErrorDetails, model: type[BaseModel], changed: Collection[
         return f"{safe_text.quote_name(path)} is missing: {context['allowed']}"
     value = context.get("value", details["input"])
     if details["type"] == "extra_forbidden":
-        allowed = _known_keys(model, location)
+        allowed = _known_keys(model, location, told)
     else:
         allowed = _ALLOWED.get(details["type"], _OTHERWISE).format(**context)
     if details["type"] in ("float_type", "int_type") and isinstance(value, str):
@@ -177,13 +181,18 @@ def _problem(details: ErrorDetails, model: type[BaseModel], changed: Collection[
     return str(value_error(path, value, allowed, is_changed=set_here))
 
 
-def _known_keys(model: type[BaseModel], location: tuple[str | int, ...]) -> str:
+def _known_keys(model: type[BaseModel], location: tuple[str | int, ...], told: set[str]) -> str:
+    """Return what is wrong with an unknown key, with the keys of its table unless they were
+    told.
+    """
     *inner, unknown = location
     table = find_section(find_annotation(model, tuple(inner)))
     keys = list(list_fields(table)) if table else []
     similar = paths.find_similar(str(unknown), keys)
     hint = f": did you mean {similar[0]}?" if similar else ""
-    allowed = f" (allowed here: {', '.join(keys)})" if keys else ""
+    known = ", ".join(keys)
+    allowed = f" (allowed here: {known})" if keys and known not in told else ""
+    told.add(known)
     return f"there is no such key{hint}{allowed}"
 
 
