@@ -264,7 +264,7 @@ class System:
     actions are given, if not the world's; ``meshes`` are names of gears that mesh, by the tag of
     their mesh; ``supports`` those of the forces of the ground on bodies, by body and axis.
     ``loads`` are texts of the loads on bodies, in the order of the function ``loads``.
-    ``elements`` are kinds of what is drawn between bodies, by name. ``open_inputs`` are quantities
+    ``elements`` are kinds and bodies of what is drawn between these, by name. ``open_inputs`` are quantities
     of the data that change while free motion goes on, with their bounds. ``begun`` are coordinates
     and rates that the statement starts free motion with, ``held_entries`` those of them that hold,
     None if it does not say so. ``added_inertia`` names actions that depend on accelerations.
@@ -283,7 +283,7 @@ class System:
     meshes: Mapping[str, tuple[str, str]] = field(default_factory=dict)
     supports: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     loads: tuple[Mapping[str, str | bool], ...] = ()
-    elements: Mapping[str, str] = field(default_factory=dict)
+    elements: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     open_inputs: Mapping[str, tuple[float | None, float | None]] = field(default_factory=dict)
     begun: tuple[str, ...] = ()
     held_entries: tuple[str, ...] | None = None

@@ -143,7 +143,7 @@ def build_sidecar(system: System, functions: Sequence[Emitted]) -> str:
         "meshes": system.meshes,
         "supports": system.supports,
         "loads": system.loads,
-        "elements": system.elements,
+        "drawn": system.elements,
         "inputs": _list_inputs(system),
         "begun": system.begun,
         "held": system.held_entries,

@@ -368,6 +368,7 @@ class Contacts(Kinematics):
         friction: Expr = S.Zero,
         across: Vec | None = None,
         rubbing: Expr = S.Zero,
+        radius: Expr = S.Zero,
     ) -> Quantity:
         """State the contact of a follower with a cam that can only push, and return the size
         ``name`` [N] of its force.
@@ -381,7 +382,8 @@ class Contacts(Kinematics):
 
         ``friction`` [rad] is the angle of friction, by which the force turns against the sliding: v
         in that plane, and the share ``rubbing``, without unit, of the velocity along ``across``;
-        ``name_loss`` [W] is the power lost. Raises ValueError if the centre does not move against
+        ``name_loss`` [W] is the power lost. ``radius`` [m] is that of the roller, for drawings.
+        Raises ValueError if the centre does not move against
         the cam, so that there is no normal.
 
         >>> from derive import Mechanism, Y, quantities
@@ -406,7 +408,6 @@ class Contacts(Kinematics):
         self.rollers[name] = on, cam, displacement(cam_axis, at, self.world)
         axis, roller = (displacement(self.O, point, self.world) for point in (cam_axis, at))
         mark = axis + Vec(cam.frame, (S.One, S.Zero, S.Zero)).resolved(self.world)
-        self.elements[name] = Element("cam", (axis, roller, mark))
         velocity = self.motion.relative_derivative(
             displacement(cam_axis, at, across.frame), cam.frame
         )
@@ -419,6 +420,9 @@ class Contacts(Kinematics):
         force = f"contact force of {cam} on {on} at {at.name}"
         size = mechanism.unknown(name, "N", force)
         self.pushing.append(size)
+        normal = (S.One / sp.sqrt(in_plane.dot(in_plane))) * in_plane.cross(across)
+        ends = axis, roller, mark, roller + normal.resolved(self.world)
+        self.elements[name] = Element("cam", on.name, cam.name, ends, radius)
         direction = (sp.cos(friction) / sp.sqrt(in_plane.dot(in_plane))) * in_plane.cross(across)
         direction -= (sp.sin(friction) / sp.sqrt(sliding.dot(sliding))) * sliding
         components = mechanism.name_vector(name, size * direction, "N", force)

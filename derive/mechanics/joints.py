@@ -290,7 +290,8 @@ class Joints(Contacts):
             name, on, by, at, normal * across, moment * unit(by.frame, Z), workless=True
         )
         place = displacement(self.O, at, self.world)
-        self.elements[name] = Element("guide", (place, place + way.resolved(self.world)))
+        ends = place, place + way.resolved(self.world)
+        self.elements[name] = Element("guide", on.name, by.name, ends)
         if friction != 0:
             sliding, limit = self._sliding(name, by, at, way, origin), friction * sp.Abs(normal)
             if creep != 0:
@@ -341,7 +342,7 @@ class Joints(Contacts):
             name, "N", f"pull between {on} and {by}, which keeps the motion"
         )
         self.assembly.act(name, on, by, ends[0], (pull / long) * line)
-        self._draw_between("strut", name, ends)
+        self._draw_between("strut", name, (on, by), ends)
         self.report(
             f"P_{name}",
             "W",
@@ -391,7 +392,7 @@ class Joints(Contacts):
             lambda distance, rate: stiffness * (distance - length) + damping * rate,
         )
         self.potentials.append(stiffness * (long - length) ** 2 / 2)
-        self._draw_between("spring", name, ends)
+        self._draw_between("spring", name, (on, by), ends)
         return pull
 
     def strut(
@@ -435,14 +436,18 @@ class Joints(Contacts):
         self.motion.rates[long] = rate
         pull = self.name_(f"F_{name}", "N", f"pull of {name}", law(long, rate))
         self.force(name, on, ends[0], (pull / long) * line, by)
-        self._draw_between("strut", name, ends)
+        self._draw_between("strut", name, (on, by), ends)
         return long, pull
 
     def _draw_between(
-        self, kind: Literal["spring", "strut"], name: str, ends: tuple[Point, Point]
+        self,
+        kind: Literal["spring", "strut"],
+        name: str,
+        bodies: tuple[Body, Body],
+        ends: tuple[Point, Point],
     ) -> None:
         first, second = (displacement(self.O, end, self.world) for end in ends)
-        self.elements[name] = Element(kind, (first, second))
+        self.elements[name] = Element(kind, bodies[0].name, bodies[1].name, (first, second))
 
     def bushing(
         self,

@@ -498,7 +498,7 @@ class Mechanism(Joints):
                 },
                 supports=self.name_supports(lane.outputs.quantities),
                 loads=tuple(load.describe() for load in loads),
-                elements={word(name): e.kind for name, e in self.elements.items()},
+                elements={word(name): e.describe() for name, e in self.elements.items()},
             )
         functions, added_inertia = derive_free_motion(self, TIME, reported)
         return System(

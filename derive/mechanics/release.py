@@ -361,6 +361,7 @@ class ReleasedMechanism(Mechanism):
         friction: Expr = S.Zero,
         across: Vec | None = None,
         rubbing: Expr = S.Zero,
+        radius: Expr = S.Zero,
     ) -> Quantity:
         """State a follower as `Mechanism.follower` does, or one that can lift off where the release
         says so.
@@ -375,7 +376,7 @@ class ReleasedMechanism(Mechanism):
         """
         lifting = self.release.followers.get(name)
         if lifting is None:
-            return super().follower(name, on, cam, at, cam_axis, friction, across, rubbing)
+            return super().follower(name, on, cam, at, cam_axis, friction, across, rubbing, radius)
         self._in_plane(f"follower {name}")
         if friction != 0:
             raise MechanismError(f"follower {name}: lifts off without friction only")

@@ -24,20 +24,31 @@ class MechanismError(ValueError):
 
 @dataclass(frozen=True)
 class Element:
-    """Drawing between bodies: of a spring or strut its ``ends``, of a guide a point on it and
-    one a length of one farther along; of a cam its axis, the centre of its roller, and a point a
-    length of one from the axis that turns with it.
+    """Drawing between the bodies ``on`` and ``by``: of a spring or strut its ``ends``, of a guide
+    a point on it and one a length of one farther along. Of a cam ``by``, they are its axis, the
+    centre of its roller, a point a length of one from the axis that turns with it, and one a length
+    of one from the centre, along the normal of the centre's path away from the cam; ``radius`` is
+    that of its roller, zero if it is not stated.
     """
 
     kind: Literal["spring", "strut", "guide", "cam"]
+    on: str
+    by: str
     ends: tuple[Vec, ...]
+    radius: Expr = S.Zero
+
+    def describe(self) -> dict[str, str]:
+        """Return the kind and the bodies."""
+        return {"kind": self.kind, "on": self.on, "by": self.by}
 
     def list_components(self, name: str, axes: Sequence[str]) -> Iterator[Let]:
-        """Yield ``NAME_x_1``, ``NAME_x_2`` and their like [m]."""
+        """Yield ``NAME_x_1``, ``NAME_x_2`` and their like, and ``NAME_radius`` of a roller [m]."""
         for number, end in enumerate(self.ends, 1):
             for axis, component in zip(axes, end.components, strict=False):
                 meaning = f"end {number} of the {self.kind} {name}, {axis}"
                 yield let(quantity(f"{word(name)}_{axis}_{number}", "m", meaning), component)
+        if self.radius != 0:
+            yield let(quantity(f"{word(name)}_radius", "m", f"radius of {name}"), self.radius)
 
 
 class Statement:

@@ -22,11 +22,19 @@ from planter.kernels import Array, Integers
 from planter.kernels.elimination import solve_system
 from planter.kernels.formulas import HOISTED, Formulas
 from planter.kernels.programs import Program, ProgramStep
-from planter.mechanism.elements import DrawnElements, draw_elements, draw_pitch_curves
+from planter.mechanism.elements import (
+    Graphs,
+    Kinds,
+    Meshes,
+    draw_elements,
+    evaluate_measures,
+    mark_ground,
+    measure_elements,
+)
 from planter.mechanism.file import MechanismFile
 from planter.mechanism.machines import build_machine
 from planter.report import labels, style
-from planter.report.scene import Body, Chain, Curve, Force, Outline, Point, Scene
+from planter.report.scene import Body, Chain, Curve, Force, Point, Scene
 from planter.report.subject import Input, Portable
 
 if TYPE_CHECKING:
@@ -228,16 +236,18 @@ def label_cycle_curves(axes: Axes, label: str, ends: list[tuple[float, str, str]
 
 
 GROUND = "ground"
+SHAPES = "elements", "meshes"
+"""Functions of a mechanism that its elements are drawn from."""
 MOST_FRAMES = 400
 """Frames of a scene."""
 MOST_SCENE_CURVES = 32
 """Curves of a scene."""
 FIRST_UNITS = ("N m", "N")
 """Units of the quantities that come first: torques, then forces."""
-GROUND_MARK = np.array([[0.0, 0.0], [-0.6, -1.0], [0.6, -1.0]])
-"""Triangle below a point of the ground, in parts of its size."""
-MARK_SHARE = 30
-"""Extent of a mechanism over the size of the marks of its ground."""
+RIGID = 1e-6
+"""Change of a distance, relative to the extent of a drawing, below which two points belong to one
+body; loops are closed more closely.
+"""
 OBLIQUE = 0.35
 """Share of a length towards the viewer that is drawn to the left and down: the cabinet view of a
 spatial mechanism.
@@ -281,16 +291,20 @@ def build_scene(
     extent = 1e3 * float(
         max(np.ptp([at for corners in bodies.values() for at in corners.values()], axis=(0, 2)))
     )
+    kinds, meshes = list_elements(machine)
+    at_frames = {name: values[frames] for name, values in shapes.items()}
+    measures = evaluate_measures(kinds, meshes, at_frames, extent)
+    mark = float(measures["ground mark"][0])
+    drawn = list(draw_elements(kinds, meshes, measures))
+    gears = {body.name: body for body in drawn if body.outlines[0].look == "gear"}
     for shade, (body, corners) in enumerate(bodies.items()):
-        ends = [
-            _number_point(points, numbers, name, 1e3 * at[:, frames])
-            for name, at in corners.items()
-        ]
-        if body != GROUND and len(ends) > 1:
-            chains.append(Chain(body.replace("_", " "), ends, len(ends) > 2, shade % 6))
+        places_mm = {name: 1e3 * at[:, frames] for name, at in corners.items()}
+        ends = {name: _number_point(points, numbers, name, at) for name, at in places_mm.items()}
+        words = body.replace("_", " ")
+        joints = [ends[name] for name in select_rigid(places_mm, extent, gears.get(words))]
+        if body != GROUND and len(joints) > 1:
+            chains.append(Chain(words, joints, len(joints) > 2, shade % 6))
     place, _, unit = axis.label.partition(" / ")
-    parts, gears = _draw_parts(machine, shapes, frames, extent, len(points))
-    points += parts.points
     return Scene(
         title=title,
         place=place,
@@ -298,13 +312,12 @@ def build_scene(
         places=axis.values[frames],
         seconds=seconds,
         bodies=[
-            *_mark_ground(bodies.get(GROUND, {}), extent / MARK_SHARE),
-            *gears,
-            *parts.bodies,
+            *mark_ground(bodies.get(GROUND, {}), mark),
+            *drawn,
         ],
         points=points,
         again=axis.repeats,
-        chains=[*chains, *parts.chains],
+        chains=chains,
         forces=list(
             _list_forces(
                 quantities, points, {key: column[frames] for key, column in columns.items()}
@@ -321,23 +334,12 @@ def build_scene(
     )
 
 
-def _draw_parts(
-    machine: Machine | None,
-    shapes: Mapping[str, Array],
-    frames: Integers,
-    extent: float,
-    first: int,
-) -> tuple[DrawnElements, list[Body]]:
-    """Return springs, struts and guides, and gears by their pitch curves, at the frames of a
-    scene.
-    """
-    if machine is None or not shapes or not isinstance(machine.document, MechanismFile):
-        return DrawnElements(), []
+def list_elements(machine: Machine | None) -> tuple[Kinds, Meshes]:
+    """Return kinds and bodies of what is drawn between bodies, and the gears that mesh."""
+    if machine is None or not isinstance(machine.document, MechanismFile):
+        return {}, {}
     sidecar = machine.document.model.sidecar
-    at_frames = {name: values[frames] for name, values in shapes.items()}
-    elements = draw_elements(sidecar.get("elements", {}), at_frames, extent, first)
-    gears = draw_pitch_curves(sidecar.get("meshes", {}), at_frames)
-    return elements, list(gears)
+    return sidecar.get("drawn", {}), sidecar.get("meshes", {})
 
 
 def _list_forces(
@@ -369,6 +371,25 @@ def _project_bodies(places: Mapping[str, Array]) -> dict[str, dict[str, Array]]:
     return bodies
 
 
+def select_rigid(points: Mapping[str, Array], extent: float, gear: Body | None) -> list[str]:
+    """Return the names of the points (2, n) [mm] that a body carries along: those that stay where
+    they are in its gear, or else most that keep their distances.
+
+    A contact moves against both bodies that touch there.
+    """
+    places = np.array(list(points.values()))
+    if gear is not None:
+        x, y = (np.asarray(value) for value in gear.at)
+        turned = np.exp(-1j * np.radians(gear.turn))
+        own = (places[:, 0] - x + 1j * (places[:, 1] - y)) * turned
+        is_carried = np.abs(own - own[:, :1]).max(axis=1) <= RIGID * extent
+    else:
+        distances = np.hypot(*np.moveaxis(places[:, None] - places[None, :], 2, 0))
+        is_rigid = np.ptp(distances, axis=2) <= RIGID * extent
+        is_carried = is_rigid[np.argmax(is_rigid.sum(axis=1))]
+    return [name for name, carried in zip(points, is_carried, strict=True) if carried]
+
+
 def _number_point(
     points: list[Point], numbers: dict[tuple[str, bytes], int], name: str, at: Array
 ) -> int:
@@ -378,15 +399,6 @@ def _number_point(
         numbers[key] = len(points)
         points.append(Point(name, at[0], at[1]))
     return numbers[key]
-
-
-def _mark_ground(points: Mapping[str, Array], size: float) -> list[Body]:
-    """Return a mark at each point (2, n) of the ground that does not move."""
-    fixed = {name: 1e3 * at[:, 0] for name, at in points.items() if not np.ptp(at, axis=1).any()}
-    return [
-        Body(f"ground at {name}", (Outline(at + size * GROUND_MARK, "ground"),))
-        for name, at in fixed.items()
-    ]
 
 
 NEWTON_STEPS = 8
@@ -462,7 +474,7 @@ class MechanismCycleProgram:
             seen=Program(
                 "turn", {"angles": self.angles, "data": self.machine.data}, self._list_steps()
             ),
-            rows={"rows": len(self._row_names)},
+            rows={"rows": len(self._columns)},
             singles=list(self._singles),
             assumptions=self.formulas.sidecar["assumptions"],
             notes=NOTES,
@@ -489,9 +501,10 @@ class MechanismCycleProgram:
         steps.append(
             ProgramStep(rows, tuple(name for name in names if name in ("angles", "loops")))
         )
-        matrix, frames, keys = self._matrix, select_frames(self.samples).tolist(), list(self._rows)
-        columns = ca.horzcat(*(matrix[frames, keys.index(key)] for key in self._row_names))
-        steps.append(ProgramStep(ca.Function("turn_drawn", [matrix], [columns], ["all"], ["rows"])))
+        columns = ca.horzcat(*self._columns)
+        steps.append(
+            ProgramStep(ca.Function("turn_drawn", [self._matrix], [columns], ["all"], ["rows"]))
+        )
         inputs, singles = self._single_inputs, ca.vertcat(*self._singles.values())
         steps.append(
             ProgramStep(
@@ -527,6 +540,7 @@ class MechanismCycleProgram:
             **results,
             **guards,
             **self._points,
+            **self._shapes,
             "angle": self._inputs[0] / units.unit_factor("angle_deg"),
         }
 
@@ -539,10 +553,7 @@ class MechanismCycleProgram:
         """Coordinates of points of bodies in the drawing [mm], as `x BODY__POINT` and
         `y BODY__POINT`.
         """
-        places = self.formulas.function("places")
-        inputs = dict(zip(self._lane.name_in(), self._inputs, strict=True))
-        values = ca.vertsplit(places(*(inputs[name] for name in places.name_in())))
-        at = dict(zip(self.formulas.outputs("places"), values, strict=True))
+        at = self._evaluate("places")
         return {
             f"{axis} {point}": 1e3 * (at[f"{axis}_{point}"] - OBLIQUE * at.get(f"z_{point}", 0.0))
             for name in at
@@ -551,8 +562,45 @@ class MechanismCycleProgram:
         }
 
     @cached_property
-    def _row_names(self) -> Sequence[str]:
-        return ["angle", *select_curves(self._keys, self.machine), *self._points]
+    def _shapes(self) -> Mapping[str, ca.SX]:
+        """What springs, guides, cams and gears are drawn from [SI], as `shape NAME`."""
+        stated = self.formulas.sidecar["functions"]
+        shapes = {}
+        for name in SHAPES:
+            if name in stated:
+                shapes |= self._evaluate(name)
+        return {f"shape {name}": value for name, value in shapes.items()}
+
+    def _evaluate(self, name: str) -> Mapping[str, ca.SX]:
+        """Return the outputs of a function of the mechanism at an angle, by name."""
+        function = self.formulas.function(name)
+        inputs = dict(zip(self._lane.name_in(), self._inputs, strict=True))
+        values = ca.vertsplit(function(*(inputs[key] for key in function.name_in())))
+        return dict(zip(self.formulas.outputs(name), values, strict=True))
+
+    @cached_property
+    def _columns(self) -> Sequence[ca.MX]:
+        """What a scene draws along the angle, at its frames."""
+        keys = ["angle", *select_curves(self._keys, self.machine), *self._points]
+        measures = (graph for graph in self._measures.values() if graph.numel() > 1)
+        return [*(self._at_frames(key) for key in keys), *measures]
+
+    @cached_property
+    def _measures(self) -> Graphs:
+        """What elements are drawn from."""
+        extent = ca.fmax(*(self._find_range(axis) for axis in "xy"))
+        shapes = {key.removeprefix("shape "): self._at_frames(key) for key in self._shapes}
+        return measure_elements(*list_elements(self.machine), shapes, extent)
+
+    def _at_frames(self, key: str) -> ca.MX:
+        frames = select_frames(self.samples).tolist()
+        return self._matrix[frames, list(self._rows).index(key)]
+
+    def _find_range(self, axis: str) -> ca.MX:
+        """Return the range of all points along an axis [mm]."""
+        rows = dict(zip(self._rows, ca.horzsplit(self._matrix), strict=True))
+        values = ca.vertcat(*(row for name, row in rows.items() if name.startswith(f"{axis} ")))
+        return ca.mmax(values) - ca.mmin(values)
 
     # --- single numbers
     # --------------------------------------------------------------------------------
@@ -581,7 +629,8 @@ class MechanismCycleProgram:
             "sound": 1 / self._build_soundness(rows),
             **{f"{name_quantity(q)}, largest": ca.mmax(rows[q.key]) for q in self.machine.results},
             **{f"{name_quantity(q)}, least": ca.mmin(rows[q.key]) for q in self.machine.results},
-            **self._place_ground_marks(rows),
+            **{name: graph for name, graph in self._measures.items() if graph.numel() == 1},
+            **self._place_ground(rows),
         }
 
     def _build_soundness(self, rows: Mapping[str, ca.MX]) -> ca.MX:
@@ -606,16 +655,7 @@ class MechanismCycleProgram:
             product *= check
         return product
 
-    def _place_ground_marks(self, rows: Mapping[str, ca.MX]) -> Mapping[str, ca.MX]:
-        """Return coordinates of the corners of the marks at points of the ground."""
-        axes = [
-            ca.vertcat(*(row for name, row in rows.items() if name.startswith(f"{axis} ")))
-            for axis in "xy"
-        ]
-        size = ca.fmax(*(ca.mmax(values) - ca.mmin(values) for values in axes)) / MARK_SHARE
-        return {
-            f"{name} {k}": rows[name][0] + size * corner["xy".index(name[0])]
-            for name in self._points
-            if name[2:].startswith(f"{GROUND}__")
-            for k, corner in enumerate(GROUND_MARK)
-        }
+    def _place_ground(self, rows: Mapping[str, ca.MX]) -> Mapping[str, ca.MX]:
+        """Return coordinates of the points of the ground."""
+        names = [name for name in self._points if name[2:].startswith(f"{GROUND}__")]
+        return {name: rows[name][0] for name in names}

@@ -43,8 +43,8 @@ class MechanismView:
     models: Sequence[str] = ("exact",)
     exports: Sequence[Export] = EXPORTS
 
-    def __init__(self, file: MechanismFile, draws_shapes: bool = True) -> None:
-        self.file, self.name, self.draws_shapes = file, file.name, draws_shapes
+    def __init__(self, file: MechanismFile) -> None:
+        self.file, self.name = file, file.name
         self._latest: tuple[dict[str, float], MechanismCycle] | None = None
 
     @cached_property
@@ -58,10 +58,8 @@ class MechanismView:
 
     @property
     def rigid(self) -> MechanismView:
-        """The mechanism without its sensor, and without springs, guides, cams and pitch curves, for
-        pages without a server, whose programs compute neither.
-        """
-        return MechanismView(self.file.model_copy(update={SECTION: None}), draws_shapes=False)
+        """The mechanism without its sensor, for pages without a server."""
+        return MechanismView(self.file.model_copy(update={SECTION: None}))
 
     def scenes(self, values: Values, model: str) -> Sequence[Scene]:
         """Return its bodies over a cycle."""
@@ -77,7 +75,7 @@ class MechanismView:
             cycle.columns,
             cycle.places,
             cycle.machine,
-            cycle.shapes if self.draws_shapes else {},
+            cycle.shapes,
         )
         if cycle.measured is not None:
             values_shown = cycle.measured.signal[select_frames(len(cycle.angles_deg))]

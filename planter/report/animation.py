@@ -112,7 +112,10 @@ def pack_scene(scene: Scene) -> Record:
         "places": series.add(scene.places),
         "shares": series.add(scene.times),
         "travel": series.add(scene.travel) if scene.travel is not None and scene.travels else 0.0,
-        "bodies": [[series.add(v) for v in (*body.at, body.turn)] for body in scene.all_bodies()],
+        "bodies": [
+            [series.add(v) for v in (*body.at, body.turn, *body.scale)]
+            for body in scene.all_bodies()
+        ],
         "points": [[series.add(v) for v in (point.x, point.y)] for point in scene.points],
         "chains": [
             {"points": list(chain.points), "closed": chain.closed} for chain in scene.chains
@@ -246,6 +249,7 @@ _LINES: dict[str, dict[str, Any]] = {
     "gear": {"linewidth": 0.9},
     "teeth": {"linewidth": 0.6},
     "frame": {"linewidth": 1.6, "color": style.INK},
+    "line": {"linewidth": 1.0},
     "mark": {"linewidth": 0.6, "color": style.SOFT},
     "ground": {"linewidth": 1.0, "color": "#7a5c34"},
     "before": {"linewidth": 0.6, "color": style.FAINT, "linestyle": (0, (3, 2))},
@@ -384,10 +388,7 @@ def draw(axes: Axes, picture: Picture, moment: int) -> None:
     for chain in scene.chains:
         corners = np.array([picture.paths[index][moment] for index in chain.points])
         _line(axes, corners, "body", chain.shade, chain.closed)
-    paths = (
-        path for point, path in zip(scene.points, picture.paths, strict=True) if not point.hidden
-    )
-    for path in paths:
+    for path in picture.paths:
         axes.plot(*path[moment], "o", color=style.PAPER, markeredgecolor=style.INK, markersize=3)
     for label in scene.labels:
         side = {"start": "left", "middle": "center", "end": "right"}[label.anchor]

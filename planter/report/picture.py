@@ -113,11 +113,10 @@ class Picture:
             yield points[:, :: max(1, len(outline.points) // CORNERS)].reshape(-1, 2)
 
     def _body(self, body: Body, numbers: Iterator[int]) -> Iterator[str]:
-        x, y, turn = (format_number(float(channel[0])) for channel in self.scene.pose(body))
-        middle = _find_middle(body)
-        yield (
-            f'<g data-body="{next(numbers)}"{middle} transform="translate({x} {y}) rotate({turn})">'
-        )
+        x, y, turn, *scale = (float(channel[0]) for channel in self.scene.pose(body))
+        place = f"translate({format_number(x)} {format_number(y)}) rotate({format_number(turn)})"
+        stretch = "" if scale == [1.0, 1.0] else f" scale({scale[0]:.6g} {scale[1]:.6g})"
+        yield f'<g data-body="{next(numbers)}" transform="{place}{stretch}">'
         yield f"<title>{escape_markup(body.name)}</title>"
         yield from map(_outline, body.outlines)
         for part in body.parts:
@@ -142,9 +141,8 @@ class Picture:
     def _points(self) -> Iterator[str]:
         size = format_number(self.frames[0].width / 160)
         for k, (point, path) in enumerate(zip(self.scene.points, self.paths, strict=True)):
-            radius = "0" if point.hidden else size
             attributes = (
-                f'cx="{format_number(path[0, 0])}" cy="{format_number(path[0, 1])}" r="{radius}"'
+                f'cx="{format_number(path[0, 0])}" cy="{format_number(path[0, 1])}" r="{size}"'
             )
             yield (
                 f'<circle data-point="{k}" '
@@ -178,21 +176,6 @@ class Picture:
                 f'text-anchor="{label.anchor}"'
             )
             yield f"<text {attributes}>{escape_markup(label.text)}</text>"
-
-
-def _find_middle(body: Body) -> str:
-    """Return the middle of a body's last outline, where its name points, as an attribute; empty if
-    it has no name.
-    """
-    outlines = [
-        outline
-        for outline in body.outlines
-        if outline.look not in ("teeth", "before", "ground", "mark")
-    ]
-    if not outlines:
-        return ""
-    low, high = outlines[-1].points.min(axis=0), outlines[-1].points.max(axis=0)
-    return f' data-middle="{" ".join(map(format_number, ((low + high) / 2).tolist()))}"'
 
 
 def format_number(value: float) -> str:

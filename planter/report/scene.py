@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 from planter.kernels import Array, Flags, Integers
 
 Complex = NDArray[np.complex128]
-Look = Literal["body", "gear", "teeth", "frame", "mark", "ground", "before"]
-"""Style of an outline: filled as a body or a gear, as a bar of a frame, as a thin mark, as ground,
-or pale.
+Look = Literal["body", "gear", "teeth", "frame", "line", "mark", "ground", "before"]
+"""Style of an outline: filled as a body or a gear, as a bar of a frame, as a line in its shade, as a
+thin mark, as ground, or pale.
 
 A gear is its pitch curve, which is a thin mark if the scene has teeth.
 """
@@ -37,8 +37,11 @@ class Outline:
 
 @dataclass(frozen=True)
 class Body:
-    """A rigid body: its outlines, and its origin [mm] and angle [deg] relative to its parent or the
+    """A body: its outlines, and its origin [mm] and angle [deg] relative to its parent or the
     machine.
+
+    Its outlines are stretched along its axes by its `scale`, as those of a spring; such a body has
+    no parts.
     """
 
     name: str
@@ -46,20 +49,17 @@ class Body:
     at: Sequence[float | Array] | Array = (0.0, 0.0)
     turn: float | Array = 0.0
     parts: Sequence[Body] = ()
+    scale: Sequence[float | Array] = (1.0, 1.0)
 
 
 @dataclass(frozen=True)
 class Point:
-    """A point (n,) [mm] of the machine; its path over the cycle is drawn if `traced`.
-
-    A `hidden` one is a corner of a chain, without a mark of its own.
-    """
+    """A point (n,) [mm] of the machine; its path over the cycle is drawn if `traced`."""
 
     name: str
     x: float | Array
     y: float | Array
     traced: bool = False
-    hidden: bool = False
 
 
 @dataclass(frozen=True)
@@ -191,24 +191,24 @@ class Scene:
         """Yield outlines of a body and its parts; the parent's origins and directions (m,) are
         complex numbers.
         """
-        x, y, turn = (channel[moments] for channel in self.pose(body))
+        x, y, turn, *scale = (channel[moments] for channel in self.pose(body))
         origin, direction = (
             origin + direction * (x + 1j * y),
             direction * np.exp(1j * np.radians(turn)),
         )
         for outline in body.outlines:
-            points = origin[:, None] + direction[:, None] * (outline.points @ [1, 1j])
+            along, up = (
+                np.outer(factor, outline.points[:, axis]) for axis, factor in enumerate(scale)
+            )
+            points = origin[:, None] + direction[:, None] * (along + 1j * up)
             yield outline, np.stack([points.real, points.imag], axis=-1)
         for part in body.parts:
             yield from self._placed(part, moments, origin, direction)
 
-    def pose(self, body: Body) -> tuple[Array, Array, Array]:
-        """Return x, y [mm] and angle [deg] of a body at all moments, (n,) each."""
-        x, y, turn = (
-            np.broadcast_to(np.asarray(v, dtype=float), (self.moments,))
-            for v in (*body.at, body.turn)
-        )
-        return x, y, turn
+    def pose(self, body: Body) -> list[Array]:
+        """Return x, y [mm], angle [deg] and both scales of a body at all moments, (n,) each."""
+        channels = (np.asarray(v, dtype=float) for v in (*body.at, body.turn, *body.scale))
+        return [np.broadcast_to(channel, (self.moments,)) for channel in channels]
 
 
 def _with_parts(bodies: Sequence[Body]) -> Iterator[Body]:

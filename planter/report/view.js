@@ -4,7 +4,18 @@
 const SPEEDS = [0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2];
 const LETTER = 12.5, TALLEST = 544; // size of names, and height of a drawing, in pixels
 const LONGEST_BAR = 160; // of the scale, in pixels
-const MOST_NAMES = 12; // bodies that are named in a drawing
+const MOST_NAMES = 20; // bodies that are named in a drawing
+const GAP = 22; // distance of names from each other, in pixels
+const LETTER_SHARE = 0.58; // width of a letter over its size, on average
+const MOST_CORNERS = 32, MOST_ANCHORS = 12; // of a line: corners that are looked at, and ends of leaders
+const CROSSING = 1000; // what a leader costs that crosses a line, in pixels of its length
+const SLANT = 0.2; // sine of the angle below which a leader runs along its own body
+const FIXED = 0.1; // weight of crossing what does not move
+const ELBOWS = [0, 0.15, 0.3, 0.5, 0.7, 0.85]; // where a leader bends that is not free straight on, as shares of its width
+const BEND = 40; // what a bend costs, in pixels of a leader's length
+const PATIENCE = 4; // moments for which leaders that cross something stay, where there were no better ones
+const ENCLOSED = 0.02; // weight of leaving an outline that encloses the beginning of a leader
+const SIDES = [[1, -1], [-1, -1], [1, 1], [-1, 1], [0, -1], [0, 1], [1, 0], [-1, 0]]; // of a point, where its name can be
 const SHORTEST = 2; // seconds that a cycle is shown for at first
 
 /** Series of float32, one after another, each of `moments` numbers; or what stands still or goes on evenly. */
@@ -71,10 +82,291 @@ class Motion {
   }
 }
 
+/** Corners of a path of straight lines, in its body: absolute numbers, or steps in hundredths. */
+function corners(path) {
+  const text = path.getAttribute("d");
+  const numbers = text.match(/-?\d+(\.\d+)?/g)?.map(Number) ?? [];
+  const points = [];
+  for (let k = 0; k + 1 < numbers.length; k += 2) points.push([numbers[k], numbers[k + 1]]);
+  if (text[0] === "m") {
+    let [x, y] = [0, 0];
+    for (const point of points) {
+      [x, y] = [x + point[0], y + point[1]];
+      [point[0], point[1]] = [x / 100, y / 100];
+    }
+  }
+  const stride = Math.ceil(points.length / MOST_CORNERS);
+  const thinned = points.filter((_, k) => k % stride === 0 || k === points.length - 1);
+  return /z$/i.test(text) && points.length ? [...thinned, points[0]] : thinned;
+}
+
+/** Where two segments cross, as shares of both; null if they are parallel or do not. */
+function crossing([ax, ay, bx, by], [cx, cy, dx, dy]) {
+  const [ux, uy, vx, vy] = [bx - ax, by - ay, dx - cx, dy - cy];
+  const area = ux * vy - uy * vx;
+  if (area === 0) return null;
+  const first = ((cx - ax) * vy - (cy - ay) * vx) / area;
+  const second = ((cx - ax) * uy - (cy - ay) * ux) / area;
+  return first >= 0 && first <= 1 && second >= 0 && second <= 1 ? first : null;
+}
+
+/** A line where it is drawn, downwards as a picture, with the box around it. */
+function outline(owner, weight, places) {
+  const points = places.map(([x, y]) => [x, -y]);
+  const [xs, ys] = [0, 1].map((axis) => points.map((point) => point[axis]));
+  const [start, end] = [points[0], points.at(-1)];
+  const closed = points.length > 2 && start[0] === end[0] && start[1] === end[1];
+  return { owner, weight, points, closed, left: Math.min(...xs), right: Math.max(...xs), top: Math.min(...ys), bottom: Math.max(...ys) };
+}
+
+/** How often a piece from one point to another crosses a line; where it `begins` on it, that counts only along the line. */
+function crossings([ax, ay], [bx, by], line, begins) {
+  if (line.right < ax || line.left > bx || line.bottom < Math.min(ay, by) || line.top > Math.max(ay, by)) return 0;
+  const [ux, uy] = [bx - ax, by - ay];
+  let count = 0;
+  for (let k = 1; k < line.points.length; k++) {
+    const [cx, cy] = line.points[k - 1];
+    const [vx, vy] = [line.points[k][0] - cx, line.points[k][1] - cy];
+    const area = ux * vy - uy * vx;
+    const first = ((cx - ax) * vy - (cy - ay) * vx) / area;
+    const second = ((cx - ax) * uy - (cy - ay) * ux) / area;
+    if (!(first > -1e-9 && first <= 1 && second >= 0 && second < 1)) continue;
+    if (!begins || first > 1e-3 || Math.abs(area) < SLANT * Math.hypot(ux, uy) * Math.hypot(vx, vy)) count++;
+  }
+  return count;
+}
+
+/** The straight pieces of a line. */
+const pieces = (points) => points.slice(1).map(([x, y], k) => [...points[k], x, y]);
+
+/** Whether two lines cross. */
+const meet = (one, two) => pieces(one).some((piece) => pieces(two).some((other) => crossing(piece, other) !== null));
+
+/** The corners of the frame of a text of a drawing. */
+function frame(text) {
+  const [x, y] = text.getAttribute("transform").match(/-?\d+(\.\d+)?/g).map(Number);
+  const size = Number(text.getAttribute("font-size"));
+  const width = LETTER_SHARE * size * text.textContent.length;
+  const left = x - { start: 0, middle: 0.5, end: 1 }[text.getAttribute("text-anchor")] * width;
+  return [[left, y], [left + width, y], [left + width, y + size], [left, y + size], [left, y]];
+}
+
+/** Names of bodies in a column beside a drawing, each with a leader, and of points next to them. */
+class Labels {
+  constructor({ motion, bodies, chains, points, machine }) {
+    this.motion = motion;
+    this.kept = null;
+    this.lines = []; // of what is drawn: which name it belongs to, its corners, and where they are at a moment
+    this.bodies = [];
+    const title = (element) => element.querySelector(":scope > title")?.textContent;
+    const number = (name) => {
+      const known = this.bodies.findIndex((body) => body.name === name);
+      if (known >= 0 || this.bodies.length === MOST_NAMES) return known;
+      return this.bodies.push({ name }) - 1;
+    };
+    bodies.forEach((body) => {
+      const paths = Array.from(body.querySelectorAll(":scope > path:not(.teeth, .before, .mark)"));
+      const solid = paths.some((path) => !path.classList.contains("ground"));
+      const owner = solid && title(body) ? number(title(body)) : -1;
+      const pose = [];
+      for (let part = body; part; part = part.parentElement.closest("[data-body]")) pose.push(motion.bodies[part.dataset.body]);
+      paths.forEach((path) => {
+        const own = corners(path);
+        const weight = path.classList.contains("ground") ? FIXED : 1;
+        this.lines.push({ owner, weight, at: (i) => own.map((point) => pose.reduce((place, channels) => moved(place, channels, i), point)) });
+      });
+    });
+    chains.forEach((chain, k) => {
+      const { points: joints, closed } = motion.chains[k];
+      const owner = title(chain) ? number(title(chain)) : -1;
+      const numbers = closed ? [...joints, joints[0]] : joints;
+      this.lines.push({ owner, weight: 1, at: (i) => numbers.map((joint) => motion.points[joint].map((channel) => channel(i))) });
+    });
+    for (const text of machine.querySelectorAll(":scope > text")) {
+      this.lines.push({ owner: -1, weight: 1, at: () => frame(text) });
+    }
+    this.points = [];
+    points.forEach((point, k) => {
+      const place = JSON.stringify(motion.record.points[k]);
+      const known = this.points.find((other) => other.place === place);
+      if (known) known.name += `, ${title(point)}`;
+      else if (title(point)) this.points.push({ name: title(point), number: k, place, at: motion.points[k] });
+    });
+  }
+
+  /** Begin with the leaders of a drawing of the same machine. */
+  keep(before) {
+    const names = ({ bodies }) => bodies.map(({ name }) => name).join("\n");
+    if (before && names(before) === names(this)) Object.assign(this, { kept: before.kept, accepted: before.accepted, tried: before.tried });
+  }
+
+  get any() {
+    return this.bodies.length + this.points.length > 0;
+  }
+
+  /** The texts and leaders, where letters have a `size`; names are in a column that begins at `right`. */
+  build(size, left, right, top, height) {
+    Object.assign(this, { size, right });
+    const gap = (GAP / LETTER) * size;
+    this.levels = Array.from({ length: Math.max(this.bodies.length, Math.floor(height / gap + 1e-9)) }, (_, k) => top + (k + 0.5) * gap);
+    this.bounds = [left, top, top + height];
+    const text = ({ name }) => make("text", { "font-size": size, class: "name" }, name);
+    this.texts = this.bodies.map(text);
+    this.leaders = this.bodies.map(() => make("path", { class: "leader" }));
+    this.point_texts = this.points.map(text);
+    this.sides = this.points.map(() => 0);
+    return make("g", { class: "names" }, ...this.leaders, ...this.texts, ...this.point_texts);
+  }
+
+  /** Put everything where it belongs at a moment; what need not move stays. */
+  place(moment) {
+    this.drawn = this.lines.map(({ owner, weight, at }) => outline(owner, weight, at(moment)));
+    this.anchors = this.bodies.map((_, owner) => this.drawn.filter((line) => line.owner === owner).flatMap(({ points }) => spread(points)));
+    this.kept = this.#settled(moment);
+    const leaders = this.kept.map(({ leader }) => leader);
+    leaders.forEach((points, k) => {
+      this.leaders[k].setAttribute("d", `M${points.map(([x, y]) => `${x.toFixed(2)} ${y.toFixed(2)}`).join(" ")}`);
+      this.texts[k].setAttribute("x", this.right);
+      this.texts[k].setAttribute("y", points.at(-1)[1] + this.size / 3);
+    });
+    this.#place_points(moment, leaders.flatMap(pieces));
+  }
+
+  /** The leaders as they were if they still are free; else others where they are not; else all of them anew. */
+  #settled(moment) {
+    if (this.kept) {
+      const kept = this.kept.map((choice, k) => this.#choice(k, choice.anchor, choice.slot, choice.elbow));
+      const clashes = this.#clashes(kept);
+      const recent = Math.abs(moment - this.tried) < PATIENCE;
+      const good = (flags) => flags.filter(Boolean).length <= (recent ? this.accepted : 0);
+      if (good(clashes)) return kept;
+      const mended = this.#choose(kept.map((choice, k) => (clashes[k] ? null : choice)));
+      if (good(this.#clashes(mended))) return mended;
+    }
+    const chosen = this.#choose(this.bodies.map(() => null));
+    this.tried = moment;
+    this.accepted = this.#clashes(chosen).filter(Boolean).length;
+    return chosen;
+  }
+
+  /** Which leaders cross something, or each other. */
+  #clashes(choices) {
+    return choices.map((choice, k) => choice.count >= 1 || choices.some((other, m) => m !== k && meet(choice.leader, other.leader)));
+  }
+
+  /** A leader with what it costs: from a body, straight or by an elbow at the height of the name, to the column. */
+  #choice(k, anchor, slot, elbow, limit = Infinity) {
+    const [start, end] = [this.anchors[k][anchor], [this.right - this.size / 2, this.levels[slot]]];
+    const leader = elbow === null ? [start, end] : [start, [start[0] + elbow * (end[0] - start[0]), end[1]], end];
+    let cost = elbow === null ? 0 : BEND;
+    for (let m = 1; m < leader.length; m++) cost += (LETTER / this.size) * Math.hypot(leader[m][0] - leader[m - 1][0], leader[m][1] - leader[m - 1][1]);
+    const count = cost < limit ? this.#count(k, leader, (limit - cost) / CROSSING) : Infinity;
+    return { cost: cost + CROSSING * count, count, anchor, slot, elbow, leader };
+  }
+
+  /** How many lines a leader crosses, by their weights; leaving what encloses its beginning hardly counts. */
+  #count(k, leader, limit) {
+    let total = 0;
+    for (const line of this.drawn) {
+      let count = 0;
+      for (let m = 1; m < leader.length; m++) count += crossings(leader[m - 1], leader[m], line, m === 1 && line.owner === k);
+      if (line.closed && line.owner !== k && count % 2) total += ENCLOSED + (count - 1) * line.weight;
+      else total += count * line.weight;
+      if (total > limit) return Infinity;
+    }
+    return total;
+  }
+
+  /** Choices of all leaders: those that are given, and of the others first each as if it were alone, the most constrained ones first, then in turn as long as that is better. */
+  #choose(given) {
+    const best = (k, slot) => {
+      let found = { cost: Infinity };
+      const attempt = (elbow) => this.anchors[k].forEach((_, anchor) => {
+        const choice = this.#choice(k, anchor, slot, elbow, found.cost);
+        if (choice.cost < found.cost) found = choice;
+      });
+      attempt(null);
+      for (const elbow of ELBOWS) if (found.cost > CROSSING) attempt(elbow);
+      return found;
+    };
+    const table = given.map((choice, k) => (choice ? [choice] : this.levels.map((_, slot) => best(k, slot))));
+    const free = table.map((row) => row.filter(({ cost }) => cost < CROSSING).length);
+    const order = table.map((_, k) => k).filter((k) => given[k] === null).sort((one, two) => free[one] - free[two]);
+    const chosen = [...given];
+    const cost = (k, choice) => chosen.reduce((sum, other, m) => {
+      if (other === null || m === k) return sum;
+      return sum + (other.slot === choice.slot ? Infinity : 0) + (meet(choice.leader, other.leader) ? CROSSING : 0);
+    }, choice.cost);
+    const settle = (k) => {
+      const before = chosen[k];
+      for (const choice of table[k]) if (chosen[k] === null || cost(k, choice) < cost(k, chosen[k])) chosen[k] = choice;
+      return chosen[k] !== before;
+    };
+    const exchange = (k, m) => {
+      const [mine, other] = [chosen[k], chosen[m]];
+      const before = cost(k, mine) + cost(m, other);
+      [chosen[k], chosen[m]] = [table[k][other.slot], table[m][mine.slot]];
+      if (cost(k, chosen[k]) + cost(m, chosen[m]) < before - 1e-9) return true;
+      [chosen[k], chosen[m]] = [mine, other];
+      return false;
+    };
+    order.forEach(settle);
+    for (let round = 0, better = true; better && round < order.length; round++) {
+      better = order.map(settle).some(Boolean);
+      for (const k of order) for (const m of order) if (m < k && exchange(k, m)) better = true;
+    }
+    return chosen;
+  }
+
+  /** Names of points on that side of them where they cover least. */
+  #place_points(moment, leaders) {
+    const { size } = this;
+    const placed = [];
+    const marks = this.points.map(({ at }) => [at[0](moment), -at[1](moment)]);
+    this.points.forEach(({ name }, k) => {
+      const [width, [x, y]] = [LETTER_SHARE * name.length * size, marks[k]];
+      const box = ([right, down]) => {
+        const [cx, cy] = [x + right * (width / 2 + 0.6 * size), y + down * (right ? 0.7 : 1.1) * size];
+        return [cx - width / 2, cy - size / 2, cx + width / 2, cy + size / 2];
+      };
+      const cost = (side) => {
+        const [left, top, right, bottom] = box(SIDES[side]);
+        const inside = (px, py) => px > left && px < right && py > top && py < bottom;
+        const covers = (line) => inside(line[0], line[1]) || crossing(line, [left, top, right, bottom]) !== null || crossing(line, [left, bottom, right, top]) !== null;
+        const texts = placed.filter((other) => other[0] < right && other[2] > left && other[1] < bottom && other[3] > top).length;
+        const outside = left < this.bounds[0] || top < this.bounds[1] || bottom > this.bounds[2] || right > this.right ? 10 : 0;
+        return this.drawn.filter(({ points }) => pieces(points).some(covers)).length + 3 * leaders.filter(covers).length + 20 * texts + 2 * marks.filter(([px, py]) => inside(px, py)).length + outside;
+      };
+      const costs = SIDES.map((_, side) => cost(side));
+      const best = costs.indexOf(Math.min(...costs));
+      if (costs[this.sides[k]] > costs[best]) this.sides[k] = best;
+      const found = box(SIDES[this.sides[k]]);
+      placed.push(found);
+      this.point_texts[k].setAttribute("x", found[0].toFixed(2));
+      this.point_texts[k].setAttribute("y", (found[3] - size / 6).toFixed(2));
+    });
+  }
+}
+
+/** A point of a body where its parent, or the machine, has it at a moment. */
+function moved([x, y], channels, moment) {
+  const [px, py, turn, along, up] = channels.map((channel) => channel(moment));
+  const [cos, sin] = [Math.cos((turn * Math.PI) / 180), Math.sin((turn * Math.PI) / 180)];
+  return [px + cos * along * x - sin * up * y, py + sin * along * x + cos * up * y];
+}
+
+/** Places on a line where leaders can end: shares of its pieces, or its corners if it has many. */
+function spread(points) {
+  const pieces = points.slice(1).map((end, k) => [points[k], end]);
+  if (pieces.length > MOST_ANCHORS) return points.filter((_, k) => k % Math.ceil(points.length / MOST_ANCHORS) === 0);
+  const shares = [0.5, 0.25, 0.75].slice(0, Math.max(1, Math.floor(MOST_ANCHORS / pieces.length)));
+  return pieces.flatMap(([[ax, ay], [bx, by]]) => shares.map((share) => [ax + share * (bx - ax), ay + share * (by - ay)]));
+}
+
 /** The mechanism itself: an SVG whose parts are set to a moment. */
 class Mechanism {
-  /** `room` is the largest width and height of the drawing in pixels. */
-  constructor(svg, motion, room) {
+  /** `room` is the largest width and height of the drawing in pixels; without it, nothing is named. `before` is the drawing that this one follows. */
+  constructor(svg, motion, room, before = null) {
     this.svg = svg;
     this.room = room;
     this.motion = motion;
@@ -92,45 +384,24 @@ class Mechanism {
     this.ground = svg.querySelector("[data-ground]");
     this.scale = Number(svg.dataset.force);
     if (motion.record.travel && this.ground) this.ground.style.display = "none";
-    this.#name();
+    if (!room) return;
+    this.#name(before);
     this.#bar();
   }
 
-  /** Names of the bodies beside the drawing, each with a line to its body. */
-  #name() {
-    this.named = [];
-    const seen = new Set();
-    const add = (element, at) => {
-      const name = element.querySelector(":scope > title")?.textContent;
-      if (!name || seen.has(name) || name.startsWith("ground at ") || this.named.length === MOST_NAMES) return;
-      seen.add(name);
-      this.named.push({ name, at });
-    };
-    const { bodies, chains, points } = this.motion;
-    this.bodies.filter((body) => body.dataset.middle).forEach((body) => add(body, (i) => {
-      let [x, y] = body.dataset.middle.split(" ").map(Number);
-      for (let part = body; part; part = part.parentElement.closest("[data-body]")) {
-        const [px, py, turn] = bodies[part.dataset.body].map((channel) => channel(i));
-        const [cos, sin] = [Math.cos((turn * Math.PI) / 180), Math.sin((turn * Math.PI) / 180)];
-        [x, y] = [px + cos * x - sin * y, py + sin * x + cos * y];
-      }
-      return [x, y];
-    }));
-    this.chains.forEach((chain, k) => add(chain, (i) => {
-      const corners = chains[k].points.slice(0, 2).map((index) => points[index].map((channel) => channel(i)));
-      return [0, 1].map((axis) => (corners[0][axis] + corners.at(-1)[axis]) / 2);
-    }));
+  /** Names of bodies beside the drawing and of points in it; the letters have the same size in every drawing. */
+  #name(before) {
     const [left, top, width, height] = this.svg.dataset.near.split(" ").map(Number);
-    this.size = LETTER / Math.min(this.room.width / (1.3 * width), (this.room.height - 2 * LETTER) / height);
-    const longest = Math.max(0, ...this.named.map(({ name }) => name.length));
-    this.right = left + width + 1.5 * this.size;
-    this.near_box = [left, top, width + (this.named.length ? (0.56 * longest + 3) * this.size : 0), height + 2 * this.size];
-    this.labels = this.named.map(({ name }) => {
-      const line = make("path", { class: "leader" });
-      const text = make("text", { "font-size": this.size, class: "name" }, name);
-      return { line, text };
-    });
-    this.names = make("g", { class: "names" }, ...this.labels.flatMap(({ line, text }) => [line, text]));
+    this.labels = new Labels(this);
+    this.labels.keep(before?.labels);
+    const longest = Math.max(0, ...this.labels.bodies.map(({ name }) => name.length));
+    const column = longest ? (LETTER_SHARE * longest + 3) * LETTER : 0;
+    const scale = Math.min(Math.max(this.room.width - column, 0.4 * this.room.width) / width, (this.room.height - 2.8 * GAP - 2 * LETTER) / height);
+    this.size = LETTER / scale;
+    const above = this.labels.bodies.length ? GAP / scale : 0; // for leaders over all bodies, and below them
+    const tall = Math.max(height + 2.8 * above, (this.labels.bodies.length * GAP) / scale);
+    this.near_box = [left, top - above, width + column / scale, tall + 2 * this.size];
+    this.names = this.labels.build(this.size, left, left + width + 1.5 * this.size, top - above, tall);
     this.svg.querySelector(":scope > .names")?.remove();
     this.svg.append(this.names);
     this.svg.setAttribute("viewBox", this.near_box.join(" "));
@@ -147,23 +418,6 @@ class Mechanism {
     const text = make("text", { x: x + length / 2, y: y - notch, "font-size": this.size, "text-anchor": "middle" }, `${digits(length)} mm`);
     this.svg.querySelector(":scope > .bar")?.remove();
     this.svg.append(make("g", { class: "bar" }, bar, text));
-  }
-
-  /** The names at a moment: in the order of the heights of their bodies, apart from each other. */
-  #place(moment) {
-    const [, top, , height] = this.near_box;
-    const gap = 1.5 * this.size;
-    const places = this.named.map(({ at }, k) => ({ k, at: at(moment) })).sort((one, two) => two.at[1] - one.at[1]);
-    let before = top;
-    places.forEach(({ k, at: [x, y] }, order) => {
-      const rest = (places.length - 1 - order) * gap;
-      const level = Math.min(Math.max(-y, before), top + height - 3 * this.size - rest);
-      before = level + gap;
-      const { line, text } = this.labels[k];
-      line.setAttribute("d", `M${x.toFixed(2)} ${(-y).toFixed(2)} ${(this.right - this.size / 2).toFixed(2)} ${level.toFixed(2)}`);
-      text.setAttribute("x", this.right);
-      text.setAttribute("y", level + this.size / 3);
-    });
   }
 
   /** Show or hide the names; they are relative to the machine. */
@@ -191,8 +445,8 @@ class Mechanism {
   show(moment) {
     const { bodies, chains, points, forces, travel } = this.motion;
     this.bodies.forEach((body, k) => {
-      const [x, y, turn] = bodies[k].map((channel) => channel(moment));
-      body.setAttribute("transform", `translate(${x.toFixed(3)} ${y.toFixed(3)}) rotate(${turn.toFixed(3)})`);
+      const [x, y, turn, ...scale] = bodies[k].map((channel) => channel(moment));
+      body.setAttribute("transform", `translate(${x.toFixed(3)} ${y.toFixed(3)}) rotate(${turn.toFixed(3)}) scale(${scale.map((factor) => factor.toPrecision(6)).join(" ")})`);
     });
     this.chains.forEach((chain, k) => {
       const { points: corners, closed } = chains[k];
@@ -204,7 +458,7 @@ class Mechanism {
       point.setAttribute("cy", points[k][1](moment));
     });
     this.arrows.forEach((arrow, k) => arrow.setAttribute("d", this.#arrow(forces[k].map((channel) => channel(moment)))));
-    this.#place(moment);
+    this.labels?.place(moment);
     const moved = this.overGround ? travel(moment) : 0;
     this.machine.setAttribute("transform", `translate(${moved} 0)`);
     this.traces.forEach((trace) => trace.setAttribute("transform", `translate(${-moved} 0)`));
@@ -402,7 +656,7 @@ class Ghost {
     const svg = holder.content.querySelector("svg.mechanism");
     fill?.(svg);
     this.motion = new Motion(record);
-    this.mechanism = new Mechanism(svg, this.motion, { width: 640, height: TALLEST });
+    this.mechanism = new Mechanism(svg, this.motion, null);
     this.element = this.mechanism.machine;
     this.element.classList.add("ghost");
     for (const part of this.element.querySelectorAll(".teeth, .force, .before, text")) part.remove();
@@ -450,7 +704,7 @@ export class Drawing {
 
   #mechanism(svg) {
     this.room ??= { width: svg.getBoundingClientRect().width || 640, height: parseFloat(getComputedStyle(svg).maxHeight) || TALLEST };
-    this.mechanism = new Mechanism(svg, this.motion, this.room);
+    this.mechanism = new Mechanism(svg, this.motion, this.room, this.mechanism);
   }
 
   /** Keep another design beneath this one, named; none without a scene. */
@@ -595,11 +849,10 @@ export class Drawing {
       row.append(label);
       return label;
     };
-    const title = (part) => part.querySelector("title").textContent;
-    this.mechanism.points.forEach((point, k) => {
-      const visible = this.mechanism.traces[k].getAttribute("visibility") !== "hidden";
-      add(`path of ${title(point)}`, visible, (on) => this.mechanism.traces[k].setAttribute("visibility", on ? "visible" : "hidden"));
-    });
+    for (const { name, number } of this.#traceable()) {
+      const trace = this.mechanism.traces[number];
+      add(`path of ${name}`, trace.getAttribute("visibility") !== "hidden", (on) => this.mechanism.traces[number].setAttribute("visibility", on ? "visible" : "hidden"));
+    }
     if (this.mechanism.arrows.length) {
       add(`forces, the longest ${digits(this.motion.record.largest_N)} N`, false, (on) => this.mechanism.arrows.forEach((arrow) => arrow.setAttribute("visibility", on ? "visible" : "hidden")));
       this.chosen.at(-1).apply();
@@ -609,10 +862,19 @@ export class Drawing {
       if (this.mechanism.cut) teeth.hidden = false;
     });
     teeth.hidden = !this.mechanism.cut;
-    if (this.mechanism.named.length) add("names", true, (on) => this.mechanism.label(on));
+    if (this.mechanism.labels.any) add("names", true, (on) => this.mechanism.label(on));
     if (this.motion.record.travel) add("over the ground", false, (on) => this.mechanism.look(on));
     row.hidden = this.chosen.length === 1 && teeth.hidden;
     return row;
+  }
+
+  /** The points that move, those of bodies without a point of the ground first: the others run on simple curves. */
+  #traceable() {
+    const { points, chains } = this.motion.record;
+    const rests = (number) => points[number].every((channel) => typeof channel === "number");
+    const guided = ({ number }) => chains.some((chain) => chain.points.includes(number) && chain.points.some(rests));
+    const moving = this.mechanism.labels.points.filter(({ number }) => !rests(number));
+    return [...moving.filter((point) => !guided(point)), ...moving.filter(guided)];
   }
 
   #curves() {

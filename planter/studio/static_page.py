@@ -259,7 +259,9 @@ class Recogniser:
         if all(scene.travel is not None for scene in self.scenes):
             yield ["travel"], [np.asarray(scene.travel) for scene in self.scenes]
         parts = {
-            "bodies": lambda scene: [(*body.at, body.turn) for body in scene.all_bodies()],
+            "bodies": lambda scene: [
+                (*body.at, body.turn, *body.scale) for body in scene.all_bodies()
+            ],
             "points": lambda scene: [(point.x, point.y) for point in scene.points],
             "forces": lambda scene: [
                 (force.at.x, force.at.y, force.x, force.y) for force in scene.forces

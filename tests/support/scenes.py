@@ -13,11 +13,12 @@ def placed(scene: Scene, moment: int) -> dict[str, list[LineString]]:
     placed_lines: dict[str, list[LineString]] = {}
 
     def place(body: Body, x: float, y: float, turned: float) -> None:
-        bx, by, turn = (float(channel[moment]) for channel in scene.pose(body))
+        bx, by, turn, *scale = (float(channel[moment]) for channel in scene.pose(body))
         c, s = np.cos(np.radians(turned)), np.sin(np.radians(turned))
         position, heading = (x + c * bx - s * by, y + s * bx + c * by), turned + turn
         lines = [
-            np.vstack([o.points, o.points[:1]]) if o.closed else o.points for o in body.outlines
+            scale * (np.vstack([o.points, o.points[:1]]) if o.closed else o.points)
+            for o in body.outlines
         ]
         turns = [affinity.rotate(LineString(line), heading, origin=(0, 0)) for line in lines]
         placed_lines[body.name] = [affinity.translate(line, *position) for line in turns]

@@ -25,7 +25,7 @@ def scene_of(name: str) -> Scene:
 
 def place(scene: Scene, name: str, moment: int) -> np.ndarray:  # type: ignore[type-arg]
     """Return the first outline (k, 2) [mm] of a body of a scene at a moment."""
-    (body,) = (body for body in scene.bodies if body.name == name)
+    body = next(body for body in scene.bodies if body.name == name)
     alone = replace(scene, bodies=[replace(body, outlines=body.outlines[:1])])
     ((_, (points,)),) = alone.placed(slice(moment, moment + 1))
     return points
@@ -62,47 +62,84 @@ def test_pitch_curves_of_unround_gears_touch_all_the_time() -> None:
 
 def test_spring_ends_where_it_is_attached() -> None:
     scene = scene_of("slider_crank")
-    (spring,) = (chain for chain in scene.chains if chain.name == "spring")
-    corners = [scene.points[index] for index in spring.points]
-    assert all(point.hidden for point in corners)
     (slot,) = (point for point in scene.points if point.name == "slot")
-    assert corners[0].x == pytest.approx(slot.x)
-    assert corners[0].y == pytest.approx(slot.y)
-    assert corners[-1].x == pytest.approx(400.0)  # the anchor of the file
     (length,) = (curve for curve in scene.curves if "length of spring" in curve.name)
-    distance = np.hypot(corners[-1].x - corners[0].x, corners[-1].y - corners[0].y)
-    assert distance == pytest.approx(length.values)
+    for moment in MOMENTS:
+        start, *_, end = place(scene, "spring", moment)
+        assert start == pytest.approx([np.asarray(slot.x)[moment], np.asarray(slot.y)[moment]])
+        assert end == pytest.approx([400.0, 10.0])  # the anchor of the file
+        assert np.hypot(*(end - start)) == pytest.approx(length.values[moment])
 
 
 def test_slider_moves_in_its_guide() -> None:
     scene = scene_of("slider_crank")
     rail = place(scene, "guide", 0)
     for moment in MOMENTS:
-        block = place(scene, "slider in guide", moment)
+        block = place(scene, "slider", moment)
         assert rail[:, 0].min() < block[:, 0].min()
         assert block[:, 0].max() < rail[:, 0].max()
         assert block.mean(axis=0)[1] == pytest.approx(10.0)  # the offset of the file
 
 
-def test_roller_stays_on_its_cam() -> None:
+def roller_gap(scene: Scene, moment: int) -> float:
+    """Return the distance [mm] of a roller from its cam, or how far it is in it."""
+    cam, roller = (shapely.Polygon(place(scene, name, moment)) for name in ("cam", "slide"))
+    overlap = cam.intersection(roller)
+    if overlap.is_empty:
+        return float(cam.distance(roller))
+    return float(overlap.area / (overlap.length / 2))
+
+
+def test_roller_rolls_on_its_cam() -> None:
     scene = scene_of("cam_follower")
-    name = "cam of N cam, path of the roller's centre"
+    size = np.ptp(place(scene, "slide", 0), axis=0).max() / 2
+    assert max(roller_gap(scene, moment) for moment in MOMENTS) < 0.01 * size
+    # tampered: the path of the roller's centre as a contour, and a cam that is turned
+    (cam,) = (body for body in scene.bodies if body.name == "cam")
+    points = cam.outlines[0].points
+    larger = points * (1 + size / np.hypot(*points.T))[:, None]
+    wide = replace(cam, outlines=(replace(cam.outlines[0], points=larger),))
+    others = [body for body in scene.bodies if body is not cam]
+    pitch = replace(scene, bodies=[*others, wide])
+    assert max(roller_gap(pitch, moment) for moment in MOMENTS) > 0.1 * size
+    assert (
+        max(roller_gap(turn_body(scene, "cam", 30.0), moment) for moment in MOMENTS) > 0.02 * size
+    )
 
-    def distance(scene: Scene, moment: int) -> float:
-        centre = place(scene, "roller of N cam", moment).mean(axis=0)
-        return float(shapely.LinearRing(place(scene, name, moment)).distance(shapely.Point(centre)))
 
-    assert max(distance(scene, moment) for moment in MOMENTS) < 1e-9
-    assert max(distance(turn_body(scene, name, 30.0), moment) for moment in MOMENTS) > 0.1
+STATED = """\
+m.follower("N_cam", slide, cam, P, m.O, across=m.vector(m.world, z=-1), radius=q.R)
+"""
+
+
+def test_stated_roller_has_its_radius_and_touches() -> None:
+    text = (own.EXAMPLES / "cam_follower.py").read_text(encoding="utf-8")
+    before = 'm.follower("N_cam", slide, cam, P, m.O, across=m.vector(m.world, z=-1))\n'
+    assert before in text
+    text = text.replace(before, STATED)
+    text = text.replace("    mu    | 1 ", "    R     | mm    | roller | 9\n    mu    | 1 ")
+    view = open_view(str(own.generated(text) / "cam_follower.toml"), {})
+    scene = view.scenes({control.path: control.value for control in view.controls}, "exact")[0]
+    assert np.ptp(place(scene, "slide", 0), axis=0) == pytest.approx([18.0, 18.0], rel=1e-3)
+    assert max(roller_gap(scene, moment) for moment in MOMENTS) < 0.05
+
+
+def test_contact_is_no_corner_of_a_body() -> None:
+    """The roller's centre and the mate's shaft move against a body, which is drawn without them."""
+    assert not any(chain.name == "cam" for chain in scene_of("cam_follower").chains)
+    train = scene_of("planetary_train")
+    corners = {chain.name: [train.points[k].name for k in chain.points] for chain in train.chains}
+    assert corners == {"carrier": ["O", "B", "C"], "planet": ["C", "centroid"]}
 
 
 def test_cylinder_lies_between_its_ends() -> None:
     scene = scene_of("lift_arm")
-    (rod,) = (chain for chain in scene.chains if chain.name == "F cylinder")
-    ends = [scene.points[index] for index in rod.points]
+    (cylinder,) = (
+        body for body in scene.bodies if body.name == "F cylinder" and body.outlines[0].closed
+    )
+    alone = replace(scene, bodies=[cylinder])
     for moment in MOMENTS:
-        line = shapely.LineString(
-            [(np.asarray(e.x)[moment], np.asarray(e.y)[moment]) for e in ends]
-        )
-        middle = place(scene, "F cylinder", moment).mean(axis=0)
-        assert line.distance(shapely.Point(middle)) < 1e-9
+        ends = place(scene, "F cylinder", moment)
+        ((_, (corners,)),) = alone.placed(slice(moment, moment + 1))
+        middle = shapely.Point(corners.mean(axis=0))
+        assert shapely.LineString(ends).distance(middle) < 1e-9

@@ -131,7 +131,8 @@ def test_the_nozzle_ends_where_the_tip_is(device: Device, device_scene: Scene) -
     turn = device.columns(device.design, sample_angles(device_scene.moments, 2 * np.pi))
     carrier = device_scene.bodies[1]
     arm, planet = carrier.parts[0], carrier.parts[0].parts[1]
-    (_, _, phi), (x, y, rotation) = device_scene.pose(carrier), device_scene.pose(planet)
+    phi = device_scene.pose(carrier)[2]
+    x, y, rotation, *_ = device_scene.pose(planet)
     heading, at = np.radians(phi), np.radians(phi + rotation)
     length = device.machine.nozzle.tip_distance_mm
     tip = np.array(
