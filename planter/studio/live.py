@@ -165,7 +165,12 @@ PAUSES: Mapping[str, float] = {"checked": 0.1, "finished": 0.0, "details": 0.4, 
 """Requests that are computed when the user pauses, with the additional pause before each [s]."""
 LONGEST_MESSAGE = 2 * LIMIT_BYTES
 """Maximum characters of a message: those of a file, in which JSON may escape each by two."""
-ANSWERED: Mapping[str, str] = {"file": "file", "wish": "wished"}
+ANSWERED: Mapping[str, str] = {
+    "file": "file",
+    "wish": "wished",
+    "plan": "plan",
+    "design": "design",
+}
 """Requests that are answered immediately, by the `ask` of a message."""
 
 
@@ -230,6 +235,8 @@ class Live:
         if "values" in message and "ask" not in message:
             self._newest = message
             self._requested.set()
+        elif message.get("ask") == "stop":
+            self.search.stop()
         elif message.get("ask") == "cancel":
             (self.export if message.get("work") == "export" else self.search).cancel()
         elif message.get("ask") == "open":
@@ -276,9 +283,21 @@ class Live:
         machine = self._opening
         task = (await self.front.ask("search", machine, message)).table()
         await self.search.send({"searching": {key: task[key] for key in ("goal", "starts")}})
-        result = json.loads(await self.search.command(task["command"], task["labels"]))
-        optimum = await self.front.ask("sought", machine, {"answer": result})
-        await self.search.send(optimum.table())
+
+        async def read_design(table: Mapping[str, Any]) -> dict[str, Any]:
+            request = {"answer": table, "locked": message.get("locked")}
+            return (await self.front.ask("sought", machine, request)).table()
+
+        async def hand_over(table: Mapping[str, Any]) -> None:
+            await self.search.send({"best": await read_design(table)})
+
+        ending = await self.search.search(
+            task["command"], Path(task["out"]), task["labels"], hand_over
+        )
+        if ending.summary is None:
+            raise ComputationError(ending.reason)
+        design = await read_design(ending.summary)
+        await self.search.send({"optimum": design, "reason": ending.reason})
 
     async def _export(self, message: Message) -> None:
         answer = (await self.front.ask("works", self._opening, message)).table()

@@ -10,7 +10,7 @@ const $ = (id) => document.getElementById(id);
 const state = {
   machine: null, values: {}, model: "", id: 0, shown: 0, steps: [], at: 0, locked: new Set(), b: null, beside: [], checks: null,
   sources: [], opens: 0, pending: null, opening: null, loaded: null, searching: false,
-  goal: "",
+  sought: null, stopped: false,
 };
 const STORED = `planter studio ${location.pathname}`; // of this tab and this studio
 const THEME = "planter studio theme";
@@ -34,7 +34,10 @@ function take(message) {
   if (message.checks && message.id === state.id) checks(message.checks);
   if (message.wished) open({ text: message.wished, file: `${state.machine.name}.toml` });
   if (message.file) download(message.file);
+  if (message.plan) plan(message.plan);
   if (message.searching) searching(message.searching);
+  if (message.best) best(message.best);
+  if (message.design && current(message)) beside({ ...message.design, title: `${message.title}, ${time()}`, waits: null });
   if (message.progress && message.work === "search") progress(message.progress);
   else if (message.progress) say(message.progress);
   if (message.optimum) optimum(message);
@@ -42,14 +45,14 @@ function take(message) {
   if (message.error && current(message) && (message.id === undefined || message.id === state.id)) {
     if (message.opening !== undefined) { state.pending = null; choices(); }
     say(message.error, true);
-    if (message.work === "search") search(false);
+    if (message.work === "search") search(null);
     if (message.work === "export") exported({ exporting: null });
   }
 }
 
 /** The line broke: what ran for this page has ended. A studio that was started anew has another address. */
 function lost(anew) {
-  search(false);
+  search(null);
   exported({ exporting: null });
   const moved = (state.machine?.controls ?? []).filter((one) => state.values[one.path] !== one.value);
   const numbers = moved.map((one) => `${one.name} = ${state.values[one.path]}`).join(", ");
@@ -116,7 +119,7 @@ function opened(machine) {
   $("equations").hidden = machine.models.length < 2;
   offer(machine.exports);
   $("optimise").hidden = !machine.search;
-  search(false);
+  search(null);
   $("wish").hidden = !machine.wishes;
   fields();
   history();
@@ -376,9 +379,10 @@ function judge() {
 /** What this page has of the design in edit. */
 function snapshot() {
   const { latest, checks: found, values, model, id } = state;
-  const time = new Date().toLocaleTimeString([], { hour: "2-digit", minute: "2-digit" });
-  return { scene: latest.scenes[0], readings: latest.readings, checks: found, waits: found ? null : id, values: { ...values }, model, time };
+  return { scene: latest.scenes[0], readings: latest.readings, checks: found, waits: found ? null : id, values: { ...values }, model, title: `kept at ${time()}` };
 }
+
+const time = () => new Date().toLocaleTimeString([], { hour: "2-digit", minute: "2-digit" });
 
 function keep() {
   if (!state.latest) return;
@@ -409,7 +413,7 @@ function exchange() {
 function designs() {
   const { b } = state;
   $("exchange").disabled = $("discard").disabled = !b;
-  $("kept").replaceChildren(...(b ? [element("b", "b", "B"), ` was kept at ${b.time}.`] : ["No design is kept as B."]));
+  $("kept").replaceChildren(...(b ? [element("b", "b", "B"), `: ${b.title}.`] : ["No design is kept as B."]));
 }
 
 /** Numbers as the file has them. */
@@ -421,21 +425,66 @@ function reset() {
   ask();
 }
 
-function search(running) {
-  state.searching = running;
-  $("optimise").textContent = running ? "Stop the search" : (state.machine?.search ?? "");
-  $("optimise").classList.toggle("running", running);
-  if (!running) $("search").hidden = true;
+/** Show no search, the question that comes before one ("plan"), or the one that is running. */
+function search(stage) {
+  state.searching = stage === "running";
+  $("optimise").textContent = state.machine?.search ?? "";
+  $("optimise").disabled = state.searching;
+  $("search").hidden = stage === null;
+  $("plan").hidden = stage !== "plan";
+  $("running").hidden = stage !== "running";
+}
+
+const locked = () => [...state.locked].map((path) => parameters.get(path).control.name).join(", ");
+
+/** Ask which goal, and how many starts; a machine that leaves nothing to ask is searched at once. */
+function plan({ goal, quantities, aims, starts }) {
+  const stated = goal ? [new Option(`as the file states: ${goal}`, "")] : [];
+  $("quantity").replaceChildren(...stated, ...quantities.map(({ name, label }) => new Option(label, name)));
+  $("aim").replaceChildren(...aims.map((words) => new Option(words, words)));
+  $("starts").value = starts;
+  $("counted").hidden = starts === 1;
+  $("bound").textContent = locked() && `Locked: ${locked()}`;
+  aim();
+  if (starts === 1 && !quantities.length) { begin(); return; }
+  search("plan");
+  $("quantity").focus();
+}
+
+/** The file's own goal needs no word more. */
+function aim() {
+  $("aims").hidden = $("quantity").value === "";
+}
+
+function begin() {
+  const goal = $("quantity").value ? { quantity: $("quantity").value, aim: $("aim").value } : {};
+  searching({ goal: "", starts: 1 });
+  send({ ask: "optimise", values: state.values, model: state.model, locked: [...state.locked], goal, starts: Number($("starts").value) });
 }
 
 /** What the search that runs makes small, from how many starts, and what it leaves as it is. */
 function searching({ goal, starts }) {
-  state.goal = goal;
-  const locked = [...state.locked].map((path) => parameters.get(path).control.name).join(", ");
+  state.sought = { values: { ...state.values }, model: state.model, best: null };
   const from = starts === 1 ? "from this design" : `from ${starts} starts, this design and others within its bounds`;
-  $("goal").replaceChildren(element("b", "", "Minimised: "), `${goal}; ${from}${locked && `. Locked: ${locked}`}.`);
+  const fixed = locked() && `. Locked: ${locked()}`;
+  $("goal").replaceChildren(...(goal ? [element("b", "", "Minimised: "), `${goal}; ${from}${fixed}.`] : []));
   progress("");
-  $("search").hidden = false;
+  best(null);
+  search("running");
+  state.stopped = $("stop").disabled = false;
+}
+
+/** The best design that a search has so far, none at first. */
+function best(found) {
+  state.sought.best = found;
+  $("best").textContent = found?.sentence ?? "No design has been evaluated yet.";
+  $("use").disabled = !found;
+}
+
+/** Put a design of the search beside the one in edit, which stays: as soon as it was computed it is B. */
+function use(found, title) {
+  const { values, model } = state.sought;
+  send({ ask: "design", values: { ...values, ...found.values }, model, title, opening: state.opens });
 }
 
 /** How far a stage of the search is, where its text counts steps. */
@@ -447,24 +496,22 @@ function progress(text) {
   $("progress").textContent = text;
 }
 
-function optimise() {
-  if (state.searching) { send({ ask: "cancel" }); say("The search was cancelled."); search(false); return; }
-  search(true);
-  say("Searching; the design in edit stays until a better one is found.");
-  send({ ask: "optimise", values: state.values, model: state.model, locked: [...state.locked] });
+const title = ({ met }, reason) => (met ? (reason ? "Best so far" : "Optimum") : "Closest design");
+
+/** The search has ended: with a result, or else with a `reason` and the best design that it had. */
+function optimum({ optimum: found, reason }) {
+  search(null);
+  use(found, title(found, reason));
+  const outcome = reason ? [`${reason.replace(/\.$/, "")}.`] : [found.sentence, $("goal").textContent];
+  if (state.stopped && found.met) outcome.push(found.sentence);
+  say([...outcome, `${found.met ? "It" : "The closest design"} is B; your design stays A.`].join(" "), Boolean(reason) && !state.stopped);
+  document.body.dataset.optimum = found.objective ?? found.sentence;
 }
 
-function optimum(message) {
-  search(false);
-  keep();
-  const found = Object.entries(message.optimum).filter(([path]) => !state.locked.has(path));
-  Object.assign(state.values, Object.fromEntries(found));
-  commit("Better design");
-  reflect();
-  ask();
-  const sentence = message.sentence ?? `Improved: objective ${digits(message.start_objective)} to ${digits(message.objective)}.`;
-  say(`${sentence} Minimised: ${state.goal}. Your previous design is kept as B.`);
-  document.body.dataset.optimum = message.objective ?? message.sentence;
+function stop() {
+  state.stopped = true;
+  $("stop").disabled = true;
+  send({ ask: "stop" });
 }
 
 function download(text) {
@@ -520,9 +567,14 @@ $("source").addEventListener("change", () => {
   else if (state.loaded) open(state.loaded);
 });
 $("model").addEventListener("change", () => { Object.assign(state, { model: $("model").value, beside: [] }); ask(); });
-for (const [name, deed] of Object.entries({ undo, redo: () => go(state.at + 1), reset, keep, exchange, discard: () => beside(null), optimise, help: () => $("keys").showModal() })) {
+for (const [name, deed] of Object.entries({ undo, redo: () => go(state.at + 1), reset, keep, exchange, discard: () => beside(null), stop, help: () => $("keys").showModal() })) {
   $(name).addEventListener("click", deed);
 }
+$("optimise").addEventListener("click", () => send({ ask: "plan", values: state.values, model: state.model }));
+$("plan").addEventListener("submit", (event) => { event.preventDefault(); begin(); });
+$("unplan").addEventListener("click", () => search(null));
+$("quantity").addEventListener("change", aim);
+$("use").addEventListener("click", () => { use(state.sought.best, title(state.sought.best, "so far")); say("The best design so far is B; the search goes on."); });
 $("theme").addEventListener("change", () => theme($("theme").value));
 theme(storedTheme());
 $("find").addEventListener("input", find);
