@@ -265,6 +265,23 @@ class Searching(Protocol):
 
 
 @runtime_checkable
+class Refining(Protocol):
+    """A machine whose `readings` are those of samples, and that has true ones too."""
+
+    def refined(self, values: Values, model: str, quickly: bool = False) -> Sequence[Reading]:
+        """Return the readings by true extremes, in the same order; if `quickly`, those that take
+        long are still of samples, as their names say.
+        """
+
+
+def refine_readings(machine: Shown, values: Values, model: str) -> Sequence[Reading]:
+    """Return the readings of a machine by true extremes."""
+    if isinstance(machine, Refining):
+        return machine.refined(values, model)
+    return machine.readings(values, model)
+
+
+@runtime_checkable
 class AskingSearch(Protocol):
     """A machine whose search can be asked for another goal than that of the file."""
 

@@ -161,8 +161,15 @@ def _to_bytes(content: Mapping[str, Any]) -> bytes:
     return json.dumps(content).encode("ascii")
 
 
-PAUSES: Mapping[str, float] = {"checked": 0.1, "finished": 0.0, "details": 0.4, "ends": 0.1}
+PAUSES: Mapping[str, float] = {
+    "checked": 0.1,
+    "finished": 0.0,
+    "details": 0.4,
+    "ends": 0.1,
+}
 """Requests that are computed when the user pauses, with the additional pause before each [s]."""
+REFINEMENTS = ("refine_first", "refine")
+"""Requests that are computed at once when there is no newer one."""
 LONGEST_MESSAGE = 2 * LIMIT_BYTES
 """Maximum characters of a message: those of a file, in which JSON may escape each by two."""
 ANSWERED: Mapping[str, str] = {
@@ -323,6 +330,12 @@ class Live:
                     self._details = asyncio.create_task(
                         self._guarded(partial(self._send_details, message))
                     )
+                    for request in REFINEMENTS:
+                        if self._requested.is_set():  # the user goes on
+                            break
+                        await self._send_answer(
+                            partial(self.front.ask, request, self._opening, message)
+                        )
 
     def _cancel_details(self) -> None:
         """Cancel the computation of slow results."""

@@ -31,12 +31,14 @@ from planter.report.subject import (
     AskingSearch,
     Export,
     LockingSearch,
+    Refining,
     Searching,
     Shown,
     Values,
     Wishing,
     find_farthest,
     open_machine,
+    refine_readings,
 )
 from planter.studio.process import describe_error, export_path, to_page_words
 from planter.text_files import parse_toml, read_text
@@ -108,7 +110,27 @@ class Session:
         return {
             "scenes": _draw_scenes(self._open.scenes(values, model)),
             "readings": [asdict(reading) for reading in self._open.readings(values, model)],
+            "refined": not isinstance(self._open, Refining),
         }
+
+    def refine_first(self, message: Message) -> dict[str, Any]:
+        """Return those readings by true extremes that are computed at once, or nothing if those of
+        `seen` were true ones.
+        """
+        return self._refine(message, quickly=True)
+
+    def refine(self, message: Message) -> dict[str, Any]:
+        """Return all readings by true extremes, or nothing if those of `seen` were true ones."""
+        return self._refine(message, quickly=False)
+
+    def _refine(self, message: Message, quickly: bool) -> dict[str, Any]:
+        if not isinstance(self._open, Refining):
+            return {}
+        readings = self._open.refined(*self._values_and_model(message), quickly)
+        return {"readings": [asdict(reading) for reading in readings], "refined": not quickly}
+
+    def _list_refined(self, values: Values, model: str) -> list[dict[str, Any]]:
+        return [asdict(reading) for reading in refine_readings(self._open, values, model)]
 
     def design(self, message: Message) -> dict[str, Any]:
         """Return all that a page displays of the machine with changed numbers beside another
@@ -118,7 +140,7 @@ class Session:
         return {
             "design": {
                 "scene": _draw_scenes(self._open.scenes(values, model)[:1])[0],
-                "readings": [asdict(reading) for reading in self._open.readings(values, model)],
+                "readings": self._list_refined(values, model),
                 **self.checked(message),
                 "values": values,
                 "model": model,
@@ -175,7 +197,7 @@ class Session:
         return {"ends": ends}
 
     def _compare(self, values: Values, model: str) -> dict[str, Any]:
-        readings = [asdict(reading) for reading in self._open.readings(values, model)]
+        readings = self._list_refined(values, model)
         return {"readings": readings, "course": pack_curves(self._open.scenes(values, model)[0])}
 
     def file(self, message: Message) -> dict[str, Any]:
@@ -468,6 +490,8 @@ of it.
 REQUESTS = (
     "open",
     "seen",
+    "refine_first",
+    "refine",
     "finished",
     "checked",
     "details",

@@ -3,14 +3,14 @@
 import { chosen, exported, exporting, offer } from "./exports.js";
 import { Parameter } from "./fields.js";
 import { connect } from "./line.js";
-import { changeText, detailTable, digits, element, named, requirementRows, row, verdict } from "./tables.js";
+import { changeText, detailTable, digits, element, named, requirementRows, row, unsampled, verdict } from "./tables.js";
 import { Drawing } from "./view.js";
 
 const $ = (id) => document.getElementById(id);
 const state = {
   machine: null, values: {}, model: "", id: 0, shown: 0, steps: [], at: 0, locked: new Set(), b: null, beside: [], checks: null,
   sources: [], opens: 0, pending: null, opening: null, loaded: null, searching: false,
-  sought: null, stopped: false,
+  sought: null, stopped: false, awaited: null,
 };
 const STORED = `planter studio ${location.pathname}`; // of this tab and this studio
 const THEME = "planter studio theme";
@@ -28,6 +28,7 @@ function take(message) {
   if (message.sources) sources(message.sources);
   if (message.opened && current(message)) opened(message.opened);
   if (message.scenes && message.id > state.shown) seen(message);
+  if (message.readings && !message.scenes && message.id === state.id) refined(message);
   if (message.finished && message.id === state.id) finished(message.finished);
   if (message.details && message.id === state.id) details(message);
   if (message.ends && message.id === state.id) ends(message.ends);
@@ -37,7 +38,7 @@ function take(message) {
   if (message.plan) plan(message.plan);
   if (message.searching) searching(message.searching);
   if (message.best) best(message.best);
-  if (message.design && current(message)) beside({ ...message.design, title: `${message.title}, ${time()}`, waits: null });
+  if (message.design && current(message) && message.title === state.awaited) beside({ ...message.design, title: message.title });
   if (message.progress && message.work === "search") progress(message.progress);
   else if (message.progress) say(message.progress);
   if (message.optimum) optimum(message);
@@ -305,6 +306,15 @@ function seen(message) {
   document.body.dataset.shown = message.id;
 }
 
+/** True extremes take the place of those of samples when the hand rests; the last ones are all of them. */
+function refined(message) {
+  if (state.latest.refined) return;
+  Object.assign(state.latest, { readings: message.readings, refined: message.refined });
+  readings();
+  judge();
+  document.body.dataset.refined = `${state.id} ${message.refined ? "all" : "first"}`;
+}
+
 /** What takes longer to find is drawn when the hand rests. */
 function finished(scenes) {
   state.latest.scenes = scenes;
@@ -321,7 +331,8 @@ function draw_all(scenes) {
 
 /** The design's results, those of its other models, and those of the design that was kept with the change. */
 function readings() {
-  const values = (found) => new Map(found.map((one) => [one.name, one.value]));
+  busy("readings", !state.latest.refined);
+  const values = (found) => new Map(found.map((one) => [unsampled(one.name), one.value]));
   const columns = [{ head: "A", of: values(state.latest.readings), kind: "a" }];
   for (const one of state.beside) columns.push({ head: `A, ${MODELS[one.model]?.toLowerCase() ?? one.model}`, of: values(one.readings), kind: "beside" });
   if (state.b) columns.push({ head: "B", of: values(state.b.readings), kind: "b" });
@@ -334,8 +345,8 @@ function readings() {
   };
   $("readings").tHead.replaceChildren(made(["Quantity", ...heads, ...(state.b ? ["Change"] : [])], true));
   $("readings").tBodies[0].replaceChildren(...state.latest.readings.map((one) => {
-    const cells = columns.map(({ of }) => digits(of.get(one.name)));
-    const change = state.b ? [changeText(one.value, columns.at(-1).of.get(one.name))] : [];
+    const cells = columns.map(({ of }) => digits(of.get(unsampled(one.name))));
+    const change = state.b ? [changeText(one.value, columns.at(-1).of.get(unsampled(one.name)))] : [];
     return made([named(one.name, one.unit), ...cells, ...change], false);
   }));
 }
@@ -343,7 +354,6 @@ function readings() {
 /** What takes longest: the other models, and what the machine is sized by. */
 function details(message) {
   state.beside = message.beside;
-  busy("readings", false);
   readings();
   drawings[0]?.beside(message.beside);
   $("details").hidden = message.details.length === 0;
@@ -356,7 +366,6 @@ const jump = (angle) => { drawings[0]?.go(angle); $("drawings").scrollIntoView({
 
 function checks(found) {
   state.checks = found;
-  if (state.b?.waits === state.id) state.b = { ...state.b, checks: found, waits: null };
   judge();
   document.body.dataset.checked = state.id;
 }
@@ -378,8 +387,8 @@ function judge() {
 
 /** What this page has of the design in edit. */
 function snapshot() {
-  const { latest, checks: found, values, model, id } = state;
-  return { scene: latest.scenes[0], readings: latest.readings, checks: found, waits: found ? null : id, values: { ...values }, model, title: `kept at ${time()}` };
+  const { latest, checks: found, values, model } = state;
+  return { scene: latest.scenes[0], readings: latest.readings, checks: found, values: { ...values }, model, title: `kept at ${time()}` };
 }
 
 const time = () => new Date().toLocaleTimeString([], { hour: "2-digit", minute: "2-digit" });
@@ -387,10 +396,17 @@ const time = () => new Date().toLocaleTimeString([], { hour: "2-digit", minute: 
 function keep() {
   if (!state.latest) return;
   beside(snapshot());
+  if (!state.checks || !state.latest.refined) complete(state.b);
+}
+
+/** Ask for all that belongs to a design that is to be B: a later answer about another one counts no more. */
+function complete({ values, model, title }) {
+  send({ ask: "design", values, model, title, opening: state.opens });
+  state.awaited = title;
 }
 
 function beside(b) {
-  state.b = b;
+  Object.assign(state, { b, awaited: null });
   drawings[0]?.keep(b?.scene ?? null);
   designs();
   reflect();
@@ -484,7 +500,7 @@ function best(found) {
 /** Put a design of the search beside the one in edit, which stays: as soon as it was computed it is B. */
 function use(found, title) {
   const { values, model } = state.sought;
-  send({ ask: "design", values: { ...values, ...found.values }, model, title, opening: state.opens });
+  complete({ values: { ...values, ...found.values }, model, title: `${title}, ${time()}` });
 }
 
 /** How far a stage of the search is, where its text counts steps. */

@@ -41,7 +41,7 @@ class Model {
     const { plan, template, picture, readings } = this.told;
     const told = record(template, plan, numbers);
     const scene = { record: told, picture, fill: (svg) => fill(svg, plan, numbers, told) };
-    return { scenes: [scene], readings: readings.map((one) => ({ ...one, value: one.at === null ? null : numbers[one.at] })) };
+    return { scenes: [scene], refined: true, readings: readings.map((one) => ({ ...one, value: one.at === null ? null : numbers[one.at] })) };
   }
 
   /** The objective and its gradient per shown unit; null where there are none. */
