@@ -58,10 +58,15 @@ class StudioAnswer:
 
 
 class RemoteSession:
-    """A session whose process starts with the first request, or earlier by `begin`."""
+    """A session whose process starts with the first request, or earlier by `start`, and opens
+    `machine` in advance.
+    """
 
-    def __init__(self, folder: Path, scratch: Path, explicit: Path | None = None) -> None:
+    def __init__(
+        self, folder: Path, scratch: Path, explicit: Path | None = None, machine: str | None = None
+    ) -> None:
         self._places = {
+            "machine": machine,
             "folder": str(folder),
             "scratch": str(scratch),
             "explicit": explicit and str(explicit),
@@ -72,11 +77,6 @@ class RemoteSession:
         self._lock = asyncio.Lock()
         self._request_count = 0
         self._busy = self._given_up = self._closed = False
-
-    async def begin(self) -> None:
-        """Start the process in advance of the first request."""
-        async with self._lock:
-            self._start()
 
     async def open(self, message: Message) -> StudioAnswer:
         """Open a machine. Raises ComputationError if the process ends."""
@@ -123,7 +123,7 @@ class RemoteSession:
         return answer
 
     async def _exchange(self, request: str, message: Message) -> StudioAnswer:
-        process = self._start()
+        process = self.start()
         self._request_count += 1
         self._busy, self._given_up = True, self._closed
         content, loop = _to_bytes({"do": request, "message": message}), asyncio.get_running_loop()
@@ -143,7 +143,8 @@ class RemoteSession:
         finally:
             self._busy = False
 
-    def _start(self) -> Worker:
+    def start(self) -> Worker:
+        """Return the process, which is started unless it runs. Raises GivenUpError after the end."""
         if self._closed:
             raise GivenUpError("the page has been left")
         if self._process is None:
@@ -186,12 +187,14 @@ class Live:
     results.
     """
 
-    def __init__(self, socket: WebSocket, folder: Path, explicit: Path | None = None) -> None:
-        self.socket, self.folder = socket, folder.resolve()
+    def __init__(
+        self, folder: Path, explicit: Path | None = None, machine: str | None = None
+    ) -> None:
+        self.folder = folder.resolve()
         self._scratch = TemporaryDirectory(prefix="planter-", ignore_cleanup_errors=True)
         self.front, self.background = (
-            RemoteSession(self.folder, Path(self._scratch.name, name), explicit)
-            for name in ("front", "background")
+            RemoteSession(self.folder, Path(self._scratch.name, name), explicit, first)
+            for name, first in (("front", machine), ("background", None))
         )
         self.search, self.export = (
             StudioProcess("search", self._send),
@@ -204,11 +207,12 @@ class Live:
         self._details: asyncio.Task[None] | None = None
         self._tasks: set[asyncio.Task[None]] = set()
 
-    async def run(self) -> None:
+    async def run(self, socket: WebSocket) -> None:
         """Serve the page until it disconnects."""
+        self.socket = socket
+        self.front.start()
         await self.socket.accept()
         await self._send({"sources": list_sources(self.folder)})
-        self._begin(self.front.begin)
         self._begin(self._follow)
         try:
             while True:

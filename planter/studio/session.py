@@ -8,7 +8,8 @@ import json
 import math
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict
+from contextlib import suppress
+from dataclasses import asdict, dataclass
 from functools import partial
 from importlib import import_module
 from pathlib import Path
@@ -62,6 +63,23 @@ def list_sources(folder: Path) -> list[str]:
     ]
 
 
+@dataclass(frozen=True)
+class PreparedMachine:
+    """A machine that was opened in advance, and the text of its file, None of a built-in one."""
+
+    source: str
+    text: str | None
+    machine: Shown
+
+    def fits(self, source: str) -> bool:
+        """Return whether it is the machine of a source, whose file is as it was."""
+        return source == self.source and _read_if_file(source) == self.text
+
+
+def _read_if_file(source: str) -> str | None:
+    return read_text(source) if Path(source).is_file() else None
+
+
 class Session:
     """A page's session with the studio of a `folder`, whose machines are opened by name.
 
@@ -73,6 +91,7 @@ class Session:
         self.folder, self.scratch = folder.resolve(), scratch
         self._explicit = explicit and explicit.resolve()
         self.machine: Shown | None = None
+        self._prepared: PreparedMachine | None = None
         self._texts = self._searches = 0
         self._labels: dict[str, str] = {}
         self._names: dict[str, str] = {}
@@ -85,9 +104,19 @@ class Session:
         """Open a machine by name or by the text of its file, and return its description for the
         page.
         """
-        self.machine = open_machine(self._source(message))
+        source = self._source(message)
+        prepared = self._prepared if self._prepared and self._prepared.fits(source) else None
+        self.machine = prepared.machine if prepared else open_machine(source)
+        self._prepared = None
         self._names = {control.path: control.name for control in self.machine.controls}
         return {"opened": self._description()}
+
+    def prepare(self, name: str) -> None:
+        """Open a machine and draw it in advance of the page that asks for it."""
+        source = self._source({"name": name})
+        prepared = PreparedMachine(source, _read_if_file(source), open_machine(source))
+        self._prepared, self.machine = prepared, prepared.machine
+        self.seen({})
 
     def _description(self) -> dict[str, Any]:
         assert self.machine is not None
@@ -525,6 +554,9 @@ def _open_session(first: bytes) -> Callable[[bytes], bytes]:
     session = Session(
         *(place and Path(place) for place in map(places.get, ("folder", "scratch", "explicit")))
     )
+    if places["machine"]:
+        with suppress(Exception):  # the page that asks for it gets the error
+            session.prepare(places["machine"])
 
     def answer(message: bytes) -> bytes:
         request = json.loads(message)

@@ -17,6 +17,7 @@ const THEME = "planter studio theme";
 const MOST_STEPS = 100;
 const MODELS = { exact: "Exact", printed: "As printed" };
 const parameters = new Map();
+const loading = $("loading");
 
 function say(text, wrong = false) {
   $("said").textContent = text;
@@ -44,7 +45,7 @@ function take(message) {
   if (message.optimum) optimum(message);
   if (message.exporting !== undefined || message.exported) exported(message);
   if (message.error && current(message) && (message.id === undefined || message.id === state.id)) {
-    if (message.opening !== undefined) { state.pending = null; choices(); }
+    if (message.opening !== undefined) { state.pending = null; loading.textContent = ""; choices(); }
     say(message.error, true);
     if (message.work === "search") search(null);
     if (message.work === "export") exported({ exporting: null });
@@ -82,6 +83,7 @@ function choices() {
 /** Open a machine; what was `kept` of it is set again, where its own numbers are the same as then. */
 function open(what, kept = null) {
   state.pending = { what, kept };
+  loading.textContent = `Loading ${what.name ?? what.file ?? ""} \u2026`;
   state.opens += 1;
   send({ ask: "open", opening: state.opens, ...what });
 }
@@ -112,7 +114,7 @@ function opened(machine) {
   else Object.assign(state, { values: own(machine), steps: [{ label: "As in the file", values: own(machine) }], at: 0, model: machine.models[0], locked: new Set() });
   if (!here) {
     Object.assign(state, { b: again ? kept.b : null, beside: [] });
-    $("drawings").replaceChildren();
+    $("drawings").replaceChildren(loading);
     $("curve").replaceChildren();
     drawings.length = 0;
   }
