@@ -140,8 +140,8 @@ def _search_optimum(
     """
     from planter.engine.search import FailedSearchError
     from planter.mechanism import optimisation
-    from planter.mechanism.presentation import CLOSEST_FILE, write_unfinished
-    from planter.report.folder import drop_file
+    from planter.mechanism.presentation import write_unfinished
+    from planter.report.folder import CLOSEST_FILE, drop_file
 
     keep = None if out is None else partial(write_unfinished, out)
     try:

@@ -255,15 +255,18 @@ spatial mechanism.
 
 
 def select_curves(keys: Iterable[str], machine: Machine | None = None) -> list[str]:
-    """Return the keys of quantities that a scene has: motors of the machine, then the order of
-    `FIRST_UNITS`.
-    """
+    """Return the keys of quantities that a scene has."""
+    return sort_curves(keys, machine)[:MOST_SCENE_CURVES]
+
+
+def sort_curves(keys: Iterable[str], machine: Machine | None = None) -> list[str]:
+    """Return keys of quantities in order: motors of the machine, then that of `FIRST_UNITS`."""
     motors = [] if machine is None else [machine.find_quantity(name).key for name in machine.motors]
     order = {unit: index for index, unit in enumerate(FIRST_UNITS)}
     return sorted(
         keys,
         key=lambda key: -1 if key in motors else order.get(units.display_unit(key), len(order)),
-    )[:MOST_SCENE_CURVES]
+    )
 
 
 def build_scene(

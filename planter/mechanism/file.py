@@ -139,7 +139,9 @@ class MechanismFile(Document):
         """Return the values (n,) in the order of the functions, in SI."""
         import numpy as np
 
-        return np.array([self.si(entry["shown"]) for entry in self.entries])
+        numbers = self.numbers()
+        paths = [entry["shown"] for entry in self.entries]
+        return np.array([numbers[path] * units.unit_factor(path) for path in paths])
 
 
 def load(source: str | Path, changes: Mapping[str, float] | None = None) -> MechanismFile:

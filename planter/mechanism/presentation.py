@@ -53,7 +53,7 @@ from planter.mechanism.results import (
 )
 from planter.report import files
 from planter.report.animation import MotionBlock as MotionBlock
-from planter.report.folder import drop_file, write_file
+from planter.report.folder import CLOSEST_FILE, OPTIMUM_FILE, drop_file, write_file
 from planter.report.html import Cell, Items, KeyFigure, Keys, Section, Table, Text
 from planter.report.labels import (
     count_things,
@@ -89,10 +89,6 @@ CHANGED_START = (
 ONE_SIDED = (
     "Extremes are true ones, not those of samples; where a quantity jumps, those of either side."
 )
-OPTIMUM_FILE, CLOSEST_FILE = "optimum.toml", "closest.toml"
-"""Names of the machine file of an optimum, and of the design closest to satisfying limits that none
-was found for.
-"""
 SET_ORIGIN = f"assumed; {SET}"
 """Origin of a number that was set for one call, to which the origin in the file no longer
 applies.

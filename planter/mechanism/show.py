@@ -15,6 +15,7 @@ from planter.report.subject import (
     Control,
     DetailTable,
     Export,
+    GoalQuantity,
     Reading,
     RequirementCheck,
     Sought,
@@ -89,15 +90,13 @@ class MechanismView:
         """
         from planter.engine.wording import name_quantity
         from planter.measured.sensor_presentation import list_signal_readings
-        from planter.mechanism.drawing import select_curves
 
         cycle = self._compute_cycle(values)
         extremes, results = (
             cycle.result.quantities,
             {quantity.key: quantity for quantity in cycle.machine.results},
         )
-        moving = [key for key, extreme in extremes.items() if extreme.max > extreme.min]
-        keys = select_curves(moving, cycle.machine)[:MOST_READINGS]
+        keys = self._list_moving(values)[:MOST_READINGS]
         return [
             *list_signal_readings(cycle.measured),
             *(
@@ -106,6 +105,15 @@ class MechanismView:
                 for kind, value in (("largest", extremes[key].max), ("least", extremes[key].min))
             ),
         ]
+
+    def _list_moving(self, values: Values) -> list[str]:
+        """Return the keys of results that change over the cycle, as curves are ordered."""
+        from planter.mechanism.drawing import sort_curves
+
+        cycle = self._compute_cycle(values)
+        extremes = cycle.result.quantities
+        moving = [key for key, extreme in extremes.items() if extreme.max > extreme.min]
+        return sort_curves(moving, cycle.machine)
 
     def checks(self, values: Values, model: str) -> Sequence[RequirementCheck]:
         """Return the limits of the file over the cycle."""
@@ -124,26 +132,36 @@ class MechanismView:
 
     @property
     def search(self) -> Sequence[str]:
-        """Words of the search for the objective of the file, if it has one and bounds."""
+        """Words of the search within the bounds of the file, if it has any."""
         return ("optimise",) if self.lockable else ()
 
     starts = STARTS
 
     def describe_goal(self) -> str:
-        """Return the sum of measures of the file's objective."""
+        """Return the sum of measures of the file's objective, if it has one."""
+        return "" if self.file.objective is None else self.describe_sum(None)
+
+    def list_goal_quantities(self, values: Values) -> Sequence[GoalQuantity]:
+        """Return the results that change over the cycle, loads before motions."""
+        from planter.engine.wording import name_quantity
+
+        results = {quantity.key: quantity for quantity in self._compute_cycle(values).machine.results}
+        return [
+            GoalQuantity(results[key].name, name_quantity(results[key]))
+            for key in self._list_moving(values)
+        ]
+
+    def describe_sum(self, least: str | None) -> str:
+        """Return a sum of measures, or that of the file, in words with units."""
         from planter.mechanism.machines import build_machine
         from planter.mechanism.optimisation import StatedGoal
 
-        return StatedGoal.read(build_machine(self.file)).describe()
+        return StatedGoal.read(build_machine(self.file), least).describe()
 
     @property
     def lockable(self) -> Sequence[str]:
-        """Values with bounds, if the file has an objective."""
-        return (
-            [f"{VALUES}.{name}" for name in self.file.bounds]
-            if self.file.objective is not None
-            else []
-        )
+        """Values with bounds."""
+        return [f"{VALUES}.{name}" for name in self.file.bounds]
 
     def with_locks(self, values: Values, locked: Collection[str]) -> str:
         """Return the file as `text` does, without the bounds of locked values."""

@@ -22,6 +22,10 @@ from typing import ParamSpec, TypeVar
 from planter import text_files
 from planter.errors import InputError
 
+OPTIMUM_FILE, CLOSEST_FILE = "optimum.toml", "closest.toml"
+"""Names of the machine file of an optimum, and of the design closest to satisfying limits that none
+was found for.
+"""
 LOCK_NAME = ".planter.lock"
 """The locked file, which contains the number of the owning process; it is removed when the lock is
 released.

@@ -187,26 +187,54 @@ class Sought:
 
     @classmethod
     def from_answer(cls, answer: Mapping[str, Any], section: str) -> Sought:
-        """Return the design in the JSON object of `planter optimise`, whose numbers a file has in a
-        section.
+        """Return the design in the JSON object of `planter optimise`, also of an unfinished search,
+        whose numbers a file has in a section.
         """
-        agreeing = answer.get("certificate")
-        starts = (
-            f" ({agreeing['agreeing_starts']} of {agreeing['starts']} starts agree)"
-            if agreeing
-            else ""
-        )
-        sentence = (
-            f"Optimised: objective {answer['start_objective']:.6g} to "
-            f"{answer['objective']:.6g}{starts}."
-        )
-        return cls(
-            {f"{section}.{name}": value for name, value in answer["design"].items()}, sentence
-        )
+        values = {f"{section}.{name}": value for name, value in answer["design"].items()}
+        return cls(values, _describe_answer(answer))
+
+
+def _describe_answer(answer: Mapping[str, Any]) -> str:
+    if answer.get("met") is False:
+        return "No design meets all limits yet; this one is the closest so far."
+    if answer["objective"] is None:  # of a search that is on its way to the limits
+        return "Best so far: a design that meets all limits."
+    first, best = answer.get("start_objective"), f"{answer['objective']:.6g}"
+    if not answer.get("finished", True):
+        return f"Best so far: objective {best}{'' if first is None else f' instead of {first:.6g}'}."
+    agreeing = answer.get("certificate")
+    starts = (
+        f" ({agreeing['agreeing_starts']} of {agreeing['starts']} starts agree)" if agreeing else ""
+    )
+    return f"Optimised: objective {first:.6g} to {best}{starts}."
 
 
 STARTS = 8
-"""Number of local searches of a page's search for an optimum."""
+"""Number of local searches of a page's search for an optimum, unless the user asks for others."""
+MOST_STARTS = 1000
+"""Maximum number of local searches that a page asks for."""
+
+
+@dataclass(frozen=True)
+class GoalQuantity:
+    """A quantity that a search can be asked to change: its name in measures, and its name on a
+    page.
+    """
+
+    name: str
+    label: str
+
+
+GOALS: Mapping[str, str] = {
+    "largest value, as small as possible": "max {}",
+    "largest size, as small as possible": "max abs {}",
+    "least value, as large as possible": "-min {}",
+    "variation from least to largest value, as small as possible": "range {}",
+    "mean, as small as possible": "mean {}",
+    "mean, as large as possible": "-mean {}",
+    "root mean square, as small as possible": "rms {}",
+}
+"""What a search can be asked to do with a quantity, in words, and the sum that it minimises."""
 
 
 @runtime_checkable
@@ -224,7 +252,9 @@ class Searching(Protocol):
         """Number of local searches of the command, 1 if it has no option for them."""
 
     def describe_goal(self) -> str:
-        """Return the quantity that the command minimises, in words with its unit."""
+        """Return what the command minimises, in words with its unit, empty if the machine states
+        nothing.
+        """
 
     @property
     def words(self) -> Mapping[str, str]:
@@ -232,6 +262,34 @@ class Searching(Protocol):
 
     def sought(self, answer: Mapping[str, Any]) -> Sought:
         """Return the optimum from the JSON object that the command prints."""
+
+
+@runtime_checkable
+class Refining(Protocol):
+    """A machine whose `readings` are those of samples, and that has true ones too."""
+
+    def refined(self, values: Values, model: str, quickly: bool = False) -> Sequence[Reading]:
+        """Return the readings by true extremes, in the same order; if `quickly`, those that take
+        long are still of samples, as their names say.
+        """
+
+
+def refine_readings(machine: Shown, values: Values, model: str) -> Sequence[Reading]:
+    """Return the readings of a machine by true extremes."""
+    if isinstance(machine, Refining):
+        return machine.refined(values, model)
+    return machine.readings(values, model)
+
+
+@runtime_checkable
+class AskingSearch(Protocol):
+    """A machine whose search can be asked for another goal than that of the file."""
+
+    def list_goal_quantities(self, values: Values) -> Sequence[GoalQuantity]:
+        """Return the quantities that such a goal can be about."""
+
+    def describe_sum(self, least: str) -> str:
+        """Return a sum of measures in words with units. Raises InputError if it is no such sum."""
 
 
 @runtime_checkable

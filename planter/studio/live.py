@@ -58,10 +58,15 @@ class StudioAnswer:
 
 
 class RemoteSession:
-    """A session whose process starts with the first request, or earlier by `begin`."""
+    """A session whose process starts with the first request, or earlier by `start`, and opens
+    `machine` in advance.
+    """
 
-    def __init__(self, folder: Path, scratch: Path, explicit: Path | None = None) -> None:
+    def __init__(
+        self, folder: Path, scratch: Path, explicit: Path | None = None, machine: str | None = None
+    ) -> None:
         self._places = {
+            "machine": machine,
             "folder": str(folder),
             "scratch": str(scratch),
             "explicit": explicit and str(explicit),
@@ -72,11 +77,6 @@ class RemoteSession:
         self._lock = asyncio.Lock()
         self._request_count = 0
         self._busy = self._given_up = self._closed = False
-
-    async def begin(self) -> None:
-        """Start the process in advance of the first request."""
-        async with self._lock:
-            self._start()
 
     async def open(self, message: Message) -> StudioAnswer:
         """Open a machine. Raises ComputationError if the process ends."""
@@ -123,7 +123,7 @@ class RemoteSession:
         return answer
 
     async def _exchange(self, request: str, message: Message) -> StudioAnswer:
-        process = self._start()
+        process = self.start()
         self._request_count += 1
         self._busy, self._given_up = True, self._closed
         content, loop = _to_bytes({"do": request, "message": message}), asyncio.get_running_loop()
@@ -143,7 +143,8 @@ class RemoteSession:
         finally:
             self._busy = False
 
-    def _start(self) -> Worker:
+    def start(self) -> Worker:
+        """Return the process, which is started unless it runs. Raises GivenUpError after the end."""
         if self._closed:
             raise GivenUpError("the page has been left")
         if self._process is None:
@@ -161,11 +162,23 @@ def _to_bytes(content: Mapping[str, Any]) -> bytes:
     return json.dumps(content).encode("ascii")
 
 
-PAUSES: Mapping[str, float] = {"checked": 0.1, "finished": 0.0, "details": 0.4, "ends": 0.1}
+PAUSES: Mapping[str, float] = {
+    "checked": 0.1,
+    "finished": 0.0,
+    "details": 0.4,
+    "ends": 0.1,
+}
 """Requests that are computed when the user pauses, with the additional pause before each [s]."""
+REFINEMENTS = ("refine_first", "refine")
+"""Requests that are computed at once when there is no newer one."""
 LONGEST_MESSAGE = 2 * LIMIT_BYTES
 """Maximum characters of a message: those of a file, in which JSON may escape each by two."""
-ANSWERED: Mapping[str, str] = {"file": "file", "wish": "wished"}
+ANSWERED: Mapping[str, str] = {
+    "file": "file",
+    "wish": "wished",
+    "plan": "plan",
+    "design": "design",
+}
 """Requests that are answered immediately, by the `ask` of a message."""
 
 
@@ -174,12 +187,14 @@ class Live:
     results.
     """
 
-    def __init__(self, socket: WebSocket, folder: Path, explicit: Path | None = None) -> None:
-        self.socket, self.folder = socket, folder.resolve()
+    def __init__(
+        self, folder: Path, explicit: Path | None = None, machine: str | None = None
+    ) -> None:
+        self.folder = folder.resolve()
         self._scratch = TemporaryDirectory(prefix="planter-", ignore_cleanup_errors=True)
         self.front, self.background = (
-            RemoteSession(self.folder, Path(self._scratch.name, name), explicit)
-            for name in ("front", "background")
+            RemoteSession(self.folder, Path(self._scratch.name, name), explicit, first)
+            for name, first in (("front", machine), ("background", None))
         )
         self.search, self.export = (
             StudioProcess("search", self._send),
@@ -192,11 +207,12 @@ class Live:
         self._details: asyncio.Task[None] | None = None
         self._tasks: set[asyncio.Task[None]] = set()
 
-    async def run(self) -> None:
+    async def run(self, socket: WebSocket) -> None:
         """Serve the page until it disconnects."""
+        self.socket = socket
+        self.front.start()
         await self.socket.accept()
         await self._send({"sources": list_sources(self.folder)})
-        self._begin(self.front.begin)
         self._begin(self._follow)
         try:
             while True:
@@ -230,6 +246,8 @@ class Live:
         if "values" in message and "ask" not in message:
             self._newest = message
             self._requested.set()
+        elif message.get("ask") == "stop":
+            self.search.stop()
         elif message.get("ask") == "cancel":
             (self.export if message.get("work") == "export" else self.search).cancel()
         elif message.get("ask") == "open":
@@ -276,9 +294,21 @@ class Live:
         machine = self._opening
         task = (await self.front.ask("search", machine, message)).table()
         await self.search.send({"searching": {key: task[key] for key in ("goal", "starts")}})
-        result = json.loads(await self.search.command(task["command"], task["labels"]))
-        optimum = await self.front.ask("sought", machine, {"answer": result})
-        await self.search.send(optimum.table())
+
+        async def read_design(table: Mapping[str, Any]) -> dict[str, Any]:
+            request = {"answer": table, "locked": message.get("locked")}
+            return (await self.front.ask("sought", machine, request)).table()
+
+        async def hand_over(table: Mapping[str, Any]) -> None:
+            await self.search.send({"best": await read_design(table)})
+
+        ending = await self.search.search(
+            task["command"], Path(task["out"]), task["labels"], hand_over
+        )
+        if ending.summary is None:
+            raise ComputationError(ending.reason)
+        design = await read_design(ending.summary)
+        await self.search.send({"optimum": design, "reason": ending.reason})
 
     async def _export(self, message: Message) -> None:
         answer = (await self.front.ask("works", self._opening, message)).table()
@@ -304,6 +334,12 @@ class Live:
                     self._details = asyncio.create_task(
                         self._guarded(partial(self._send_details, message))
                     )
+                    for request in REFINEMENTS:
+                        if self._requested.is_set():  # the user goes on
+                            break
+                        await self._send_answer(
+                            partial(self.front.ask, request, self._opening, message)
+                        )
 
     def _cancel_details(self) -> None:
         """Cancel the computation of slow results."""

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import asyncio
+import json
 import re
 from collections.abc import Awaitable, Callable, Coroutine, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
@@ -21,7 +23,10 @@ Send = Callable[[dict[str, Any]], Awaitable[None]]
 HINTS = {
     f" ({SET})": "",
     "rename it, choose another --out, or add --overwrite": "rename it, or move it elsewhere",
+    "more --starts may": "more starts may",
     "ga: generation": "Genetic algorithm: generation",
+    "limits: start": "Towards the limits: start",
+    "ipopt again: start": "Local searches again: start",
     "ipopt: start": "Local searches: start",
     "polish: individual": "Last local searches: design",
     "pickup: round": "Moving the path: round",
@@ -50,11 +55,38 @@ def describe_error(error: Exception) -> str:
     return safe_text.sanitise_line(f"this cannot be done ({type(error).__name__}: {error})")
 
 
+SUMMARY = "summary.json"
+"""File of a folder of results, which a search writes anew whenever it has a better design."""
+LOOK_S = 0.25
+"""Time between two looks at that file [s]."""
+
+
+@dataclass(frozen=True)
+class SearchEnding:
+    """The end of a search: its last summary, None without any design, and why it has no result,
+    empty if it has one.
+    """
+
+    summary: Mapping[str, Any] | None
+    reason: str
+
+    @classmethod
+    def read(cls, summary: Mapping[str, Any] | None, stopped: bool, said: str) -> SearchEnding:
+        """Return the end of a command that said something at last."""
+        if summary is not None and _has_result(summary):
+            return cls(summary, "")
+        return cls(summary, "The search was stopped." if stopped else said)
+
+
+def _has_result(summary: Mapping[str, Any]) -> bool:
+    return bool(summary.get("finished", True))
+
+
 class StudioProcess:
     """A task of a page, such as a search or an export, which runs commands one after another."""
 
     def __init__(self, name: str, send: Send) -> None:
-        self.name, self._send = name, send
+        self.name, self._send, self._is_stopped = name, send, False
         self._process: asyncio.subprocess.Process | None = None
         self._work: asyncio.Task[None] | None = None
 
@@ -67,15 +99,24 @@ class StudioProcess:
         sent.
         """
         self.cancel()
+        self._is_stopped = False
         self._work = asyncio.create_task(self._done(work))
 
     def cancel(self) -> None:
         """Cancel the task."""
         if self._work is not None:
             self._work.cancel()
+        self._terminate()
+        self._process = self._work = None
+
+    def stop(self) -> None:
+        """End the command, whose task goes on with what it has written."""
+        self._is_stopped = True
+        self._terminate()
+
+    def _terminate(self) -> None:
         if self._process is not None and self._process.returncode is None:
             self._process.terminate()
-        self._process = self._work = None
 
     async def command(
         self, words: Sequence[str], labels: Mapping[str, str] = MappingProxyType({})
@@ -85,25 +126,88 @@ class StudioProcess:
 
         Raises ComputationError with the message of the command if it fails.
         """
-        process = self._process = await workers.start_async_program("planter", *words)
+        process = await self._start(words)
         assert process.stdout is not None
-        assert process.stderr is not None
         answer = asyncio.create_task(process.stdout.read())
+        last = await self._follow(process, labels)
+        text = await answer
+        if await process.wait():
+            raise ComputationError(last or f"{words[0]} was cancelled")
+        return text.decode("utf-8")
+
+    async def search(
+        self,
+        words: Sequence[str],
+        folder: Path,
+        labels: Mapping[str, str],
+        take: Callable[[Mapping[str, Any]], Awaitable[None]],
+    ) -> SearchEnding:
+        """Run a search `planter WORDS` that writes into a folder, and return its end.
+
+        Its progress is sent line by line, and `take` gets its summary whenever it has a better
+        design. The figures and the page of the folder are not waited for.
+        """
+        process = await self._start(words)
+        if self._is_stopped:  # before there was a process
+            process.terminate()
+        watching = asyncio.create_task(self._watch(process, folder / SUMMARY, take))
+        try:
+            last = await self._follow(process, labels)
+            await process.wait()
+        finally:
+            watching.cancel()
+        return SearchEnding.read(_read_summary(folder / SUMMARY), self._is_stopped, last)
+
+    async def _start(self, words: Sequence[str]) -> asyncio.subprocess.Process:
+        self._process = await workers.start_async_program("planter", *words)
+        return self._process
+
+    async def _follow(
+        self, process: asyncio.subprocess.Process, labels: Mapping[str, str]
+    ) -> str:
+        """Send the progress of a process line by line until it ends, and return the last one."""
+        assert process.stderr is not None
         last = ""
         while part := await process.stderr.read(4096):
             for line in _lines(part.decode("utf-8", "replace")):
                 last = to_page_words(line, labels)
                 await self.send({"progress": last})
-        text = await answer
-        if await process.wait():
-            raise ComputationError(last.removeprefix("planter: ") or f"{words[0]} was cancelled")
-        return text.decode("utf-8")
+        return last.removeprefix("planter: ")
+
+    async def _watch(
+        self,
+        process: asyncio.subprocess.Process,
+        file: Path,
+        take: Callable[[Mapping[str, Any]], Awaitable[None]],
+    ) -> None:
+        """Hand over each summary that a process writes, and kill it after its result."""
+        latest = None
+        while True:
+            await asyncio.sleep(LOOK_S)
+            summary = _read_summary(file)
+            if summary is None or summary == latest:
+                continue
+            latest = summary
+            if _has_result(summary):
+                process.kill()
+                return
+            with suppress(ComputationError):  # a design that cannot be displayed ends no search
+                await take(summary)
 
     async def _done(self, work: Callable[[], Coroutine[Any, Any, None]]) -> None:
         try:
             await work()
         except Exception as error:
             await self.send({"error": describe_error(error)})
+
+
+def _read_summary(file: Path) -> dict[str, Any] | None:
+    """Return the content of a summary, None if there is none or it is being written."""
+    try:
+        summary: dict[str, Any] = json.loads(file.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return None
+    return summary
 
 
 def _lines(text: str) -> Iterator[str]:

@@ -119,13 +119,16 @@ one.
 """
 
 
-def build_application(folder: Path, token: str, port: int, explicit: Path | None = None) -> Guard:
+def build_application(
+    folder: Path, token: str, port: int, explicit: Path | None = None, first: Live | None = None
+) -> Guard:
     """Return the studio of a folder and of the file that the user named, at a port, protected by a
-    token.
+    token; `first` serves the first page.
     """
+    prepared = [] if first is None else [first]
 
     async def live(socket: WebSocket) -> None:
-        await Live(socket, folder, explicit).run()
+        await (prepared.pop() if prepared else Live(folder, explicit)).run(socket)
 
     async def exported(request: Request) -> Response:
         path = find_export(folder, request.path_params["path"])
@@ -164,11 +167,15 @@ def serve_studio(machine: str | None, folder: Path, port: int, browser: bool) ->
     """
     explicit = None
     if machine is not None:
-        open_machine(machine)
         explicit = Path(machine) if Path(machine).is_file() else None
         folder = explicit.parent if explicit else folder
     if not folder.is_dir():
         raise InputError(f"--folder {folder}: there is no such folder")
+    name = Path(machine).name if machine else ""
+    first = Live(folder, explicit, name)
+    first.front.start()  # it works while this process reads the file and the browser starts
+    if machine is not None:
+        open_machine(machine)
     with socket.socket() as listening:
         listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
@@ -179,8 +186,7 @@ def serve_studio(machine: str | None, folder: Path, port: int, browser: bool) ->
                 f"--port {port}: another program uses this port; choose another"
             ) from None
         secret, port = secrets.token_urlsafe(24), listening.getsockname()[1]
-        name = f"#{quote(Path(machine).name)}" if machine else ""
-        address = f"http://{HOST}:{port}/{secret}/{name}"
+        address = f"http://{HOST}:{port}/{secret}/{f'#{quote(name)}' if name else ''}"
         print(
             f"planter studio: {address}\nOnly this computer can reach it. Ctrl-C ends it.",
             flush=True,
@@ -188,7 +194,7 @@ def serve_studio(machine: str | None, folder: Path, port: int, browser: bool) ->
         if browser:
             webbrowser.open(address)
         config = uvicorn.Config(
-            build_application(folder, secret, port, explicit),
+            build_application(folder, secret, port, explicit, first),
             log_level="error",
             ws="websockets-sansio",
             ws_per_message_deflate=False,

@@ -8,7 +8,8 @@ import json
 import math
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict
+from contextlib import suppress
+from dataclasses import asdict, dataclass
 from functools import partial
 from importlib import import_module
 from pathlib import Path
@@ -20,19 +21,25 @@ from planter.files import examples
 from planter.files.derivation import GENERATED
 from planter.report import files
 from planter.report.animation import pack_curves, pack_scene
+from planter.report.folder import CLOSEST_FILE
 from planter.report.picture import draw_picture
 from planter.report.scene import Scene
 from planter.report.subject import (
     ANIMATION,
+    GOALS,
+    MOST_STARTS,
     STEPS,
+    AskingSearch,
     Export,
     LockingSearch,
+    Refining,
     Searching,
     Shown,
     Values,
     Wishing,
     find_farthest,
     open_machine,
+    refine_readings,
 )
 from planter.studio.process import describe_error, export_path, to_page_words
 from planter.text_files import parse_toml, read_text
@@ -56,6 +63,23 @@ def list_sources(folder: Path) -> list[str]:
     ]
 
 
+@dataclass(frozen=True)
+class PreparedMachine:
+    """A machine that was opened in advance, and the text of its file, None of a built-in one."""
+
+    source: str
+    text: str | None
+    machine: Shown
+
+    def fits(self, source: str) -> bool:
+        """Return whether it is the machine of a source, whose file is as it was."""
+        return source == self.source and _read_if_file(source) == self.text
+
+
+def _read_if_file(source: str) -> str | None:
+    return read_text(source) if Path(source).is_file() else None
+
+
 class Session:
     """A page's session with the studio of a `folder`, whose machines are opened by name.
 
@@ -67,7 +91,8 @@ class Session:
         self.folder, self.scratch = folder.resolve(), scratch
         self._explicit = explicit and explicit.resolve()
         self.machine: Shown | None = None
-        self._texts = 0
+        self._prepared: PreparedMachine | None = None
+        self._texts = self._searches = 0
         self._labels: dict[str, str] = {}
         self._names: dict[str, str] = {}
 
@@ -79,9 +104,19 @@ class Session:
         """Open a machine by name or by the text of its file, and return its description for the
         page.
         """
-        self.machine = open_machine(self._source(message))
+        source = self._source(message)
+        prepared = self._prepared if self._prepared and self._prepared.fits(source) else None
+        self.machine = prepared.machine if prepared else open_machine(source)
+        self._prepared = None
         self._names = {control.path: control.name for control in self.machine.controls}
         return {"opened": self._description()}
+
+    def prepare(self, name: str) -> None:
+        """Open a machine and draw it in advance of the page that asks for it."""
+        source = self._source({"name": name})
+        prepared = PreparedMachine(source, _read_if_file(source), open_machine(source))
+        self._prepared, self.machine = prepared, prepared.machine
+        self.seen({})
 
     def _description(self) -> dict[str, Any]:
         assert self.machine is not None
@@ -89,7 +124,9 @@ class Session:
             "name": self.machine.name,
             "models": list(self.machine.models),
             "handles": [list(pair) for pair in self.machine.handles],
-            "search": "Find a better design" if self._searches else None,
+            "search": "Find a better design"
+            if isinstance(self.machine, Searching) and self.machine.search
+            else None,
             "lockable": self._lockable,
             "controls": [control.to_json() for control in self.machine.controls],
             "wishes": isinstance(self.machine, Wishing) and self.machine.wishes,
@@ -102,6 +139,41 @@ class Session:
         return {
             "scenes": _draw_scenes(self._open.scenes(values, model)),
             "readings": [asdict(reading) for reading in self._open.readings(values, model)],
+            "refined": not isinstance(self._open, Refining),
+        }
+
+    def refine_first(self, message: Message) -> dict[str, Any]:
+        """Return those readings by true extremes that are computed at once, or nothing if those of
+        `seen` were true ones.
+        """
+        return self._refine(message, quickly=True)
+
+    def refine(self, message: Message) -> dict[str, Any]:
+        """Return all readings by true extremes, or nothing if those of `seen` were true ones."""
+        return self._refine(message, quickly=False)
+
+    def _refine(self, message: Message, quickly: bool) -> dict[str, Any]:
+        if not isinstance(self._open, Refining):
+            return {}
+        readings = self._open.refined(*self._values_and_model(message), quickly)
+        return {"readings": [asdict(reading) for reading in readings], "refined": not quickly}
+
+    def _list_refined(self, values: Values, model: str) -> list[dict[str, Any]]:
+        return [asdict(reading) for reading in refine_readings(self._open, values, model)]
+
+    def design(self, message: Message) -> dict[str, Any]:
+        """Return all that a page displays of the machine with changed numbers beside another
+        design.
+        """
+        values, model = self._values_and_model(message)
+        return {
+            "design": {
+                "scene": _draw_scenes(self._open.scenes(values, model)[:1])[0],
+                "readings": self._list_refined(values, model),
+                **self.checked(message),
+                "values": values,
+                "model": model,
+            }
         }
 
     def finished(self, message: Message) -> dict[str, Any]:
@@ -154,7 +226,7 @@ class Session:
         return {"ends": ends}
 
     def _compare(self, values: Values, model: str) -> dict[str, Any]:
-        readings = [asdict(reading) for reading in self._open.readings(values, model)]
+        readings = self._list_refined(values, model)
         return {"readings": readings, "course": pack_curves(self._open.scenes(values, model)[0])}
 
     def file(self, message: Message) -> dict[str, Any]:
@@ -170,24 +242,84 @@ class Session:
             raise InputError(f"{self._open.name} has no path that can be edited by points")
         return {"wished": self._open.wished(self._values_and_model(message)[0])}
 
-    def search(self, message: Message) -> dict[str, Any]:
-        """Return the command that optimises the machine's file, which is stored in the scratch
-        folder, and its goal.
+    def plan(self, message: Message) -> dict[str, Any]:
+        """Return what a page asks before a search: the stated goal, the quantities that another
+        goal can be about, and the number of starts.
 
         Raises InputError if the machine cannot be optimised.
         """
-        machine, model = self._open, self._values_and_model(message)[1]
-        if not isinstance(machine, Searching) or not machine.search:
-            raise InputError(f"{machine.name} cannot be optimised")
-        path = self._store("search", "machine.toml", self._search_text(message))
-        options = ("--model", model) if len(machine.models) > 1 else ()
-        starts = ("--starts", str(machine.starts)) if machine.starts > 1 else ()
+        machine, values = self._searching, self._values_and_model(message)[0]
+        quantities = (
+            machine.list_goal_quantities(values) if isinstance(machine, AskingSearch) else ()
+        )
         return {
-            "command": [*machine.search, str(path), *options, *starts, "--json"],
-            "labels": {str(path): machine.name, **self._names, **machine.words},
-            "goal": machine.describe_goal(),
-            "starts": machine.starts,
+            "plan": {
+                "goal": machine.describe_goal(),
+                "quantities": [asdict(quantity) for quantity in quantities],
+                "aims": list(GOALS),
+                "starts": machine.starts,
+            }
         }
+
+    def search(self, message: Message) -> dict[str, Any]:
+        """Return the command that optimises the machine's file, which is stored in the scratch
+        folder, the folder of its results, and its goal.
+
+        Raises InputError if the machine cannot be optimised, or for another goal or number of
+        starts than `plan` offers.
+        """
+        machine, model = self._searching, self._values_and_model(message)[1]
+        least, starts = self._asked_sum(message), message.get("starts", machine.starts)
+        if isinstance(starts, bool) or not isinstance(starts, int) or not 1 <= starts <= MOST_STARTS:
+            raise InputError(
+                f"Starts = {safe_text.format_value(starts)}: a whole number from 1 to "
+                f"{MOST_STARTS} is required"
+            )
+        self._searches += 1
+        folder = f"search{self._searches}"
+        path = self._store(folder, "machine.toml", self._search_text(message))
+        out = path.with_name("out")
+        options = ["--model", model] if len(machine.models) > 1 else []
+        options += ["--starts", str(starts)] if machine.starts > 1 else []
+        options += [f"--least={least}"] if least else []
+        closest = {str(out / CLOSEST_FILE): "B"}
+        keys = {path.rpartition(".")[2]: self._names[path] for path in self._lockable}
+        return {
+            "command": [*machine.search, str(path), *options, "--json", "--out", str(out)],
+            "out": str(out),
+            "labels": {
+                str(path): machine.name,
+                **closest,
+                **keys,
+                **self._names,
+                **machine.words,
+            },
+            "goal": self._describe_goal(machine, least),
+            "starts": starts if machine.starts > 1 else 1,
+        }
+
+    def _asked_sum(self, message: Message) -> str:
+        """Return the sum of measures that a page has asked for, empty for the goal of the file.
+
+        Raises InputError if there is none of both, or if the page offers no such goal.
+        """
+        machine, goal = self._searching, _table(message, "goal")
+        if not goal and machine.describe_goal():
+            return ""
+        values = self._values_and_model(message)[0]
+        quantities = (
+            machine.list_goal_quantities(values) if isinstance(machine, AskingSearch) else ()
+        )
+        name, aim = goal.get("quantity"), goal.get("aim")
+        if aim not in GOALS or name not in [quantity.name for quantity in quantities]:
+            raise InputError("choose a quantity, and what a search is to do with it")
+        return GOALS[aim].format(name)
+
+    def _describe_goal(self, machine: Searching, least: str) -> str:
+        if not least:
+            return machine.describe_goal()
+        assert isinstance(machine, AskingSearch)
+        return machine.describe_sum(least)
 
     def _search_text(self, message: Message) -> str:
         """Return the file for a search, in which locked numbers have no room."""
@@ -207,11 +339,14 @@ class Session:
         return self._open.with_locks(values, locked)
 
     def sought(self, message: Message) -> dict[str, Any]:
-        """Return the optimum from the result of the command."""
-        if not isinstance(self._open, Searching):
-            raise InputError(f"{self._open.name} cannot be optimised")
-        result = self._open.sought(_table(message, "answer"))
-        return {"optimum": dict(result.values), "sentence": result.sentence}
+        """Return the design in a result of the command, also of one that is unfinished, without the
+        numbers that are locked.
+        """
+        answer = _table(message, "answer")
+        result = self._searching.sought(answer)
+        locked = message.get("locked") or []
+        moved = {path: value for path, value in result.values.items() if path not in locked}
+        return {"values": moved, "sentence": result.sentence, "met": answer.get("met", True)}
 
     def works(self, message: Message) -> dict[str, Any]:
         """Write the file of the machine with changed numbers, and return the tasks of the requested
@@ -250,9 +385,11 @@ class Session:
         return list(machine.lockable) if isinstance(machine, LockingSearch) else []
 
     @property
-    def _searches(self) -> bool:
+    def _searching(self) -> Searching:
         machine = self._open
-        return isinstance(machine, Searching) and bool(machine.search)
+        if not isinstance(machine, Searching) or not machine.search:
+            raise InputError(f"{machine.name} cannot be optimised")
+        return machine
 
     @property
     def _exports(self) -> list[Export]:
@@ -382,18 +519,22 @@ of it.
 REQUESTS = (
     "open",
     "seen",
+    "refine_first",
+    "refine",
     "finished",
     "checked",
     "details",
     "ends",
     "file",
     "wished",
+    "plan",
     "search",
     "sought",
+    "design",
     "works",
 )
 """Methods of a session that a request can name."""
-ECHOED = ("id", "opening")
+ECHOED = ("id", "opening", "title")
 """Keys of a message that an answer repeats, so that the page can assign it."""
 FAILED = '{"error": '
 """Beginning of an answer that is an error."""
@@ -413,6 +554,9 @@ def _open_session(first: bytes) -> Callable[[bytes], bytes]:
     session = Session(
         *(place and Path(place) for place in map(places.get, ("folder", "scratch", "explicit")))
     )
+    if places["machine"]:
+        with suppress(Exception):  # the page that asks for it gets the error
+            session.prepare(places["machine"])
 
     def answer(message: bytes) -> bytes:
         request = json.loads(message)

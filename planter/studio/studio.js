@@ -3,20 +3,21 @@
 import { chosen, exported, exporting, offer } from "./exports.js";
 import { Parameter } from "./fields.js";
 import { connect } from "./line.js";
-import { changeText, detailTable, digits, element, named, requirementRows, row, verdict } from "./tables.js";
+import { changeText, detailTable, digits, element, named, requirementRows, row, unsampled, verdict } from "./tables.js";
 import { Drawing } from "./view.js";
 
 const $ = (id) => document.getElementById(id);
 const state = {
   machine: null, values: {}, model: "", id: 0, shown: 0, steps: [], at: 0, locked: new Set(), b: null, beside: [], checks: null,
   sources: [], opens: 0, pending: null, opening: null, loaded: null, searching: false,
-  goal: "",
+  sought: null, stopped: false, awaited: null,
 };
 const STORED = `planter studio ${location.pathname}`; // of this tab and this studio
 const THEME = "planter studio theme";
 const MOST_STEPS = 100;
 const MODELS = { exact: "Exact", printed: "As printed" };
 const parameters = new Map();
+const loading = $("loading");
 
 function say(text, wrong = false) {
   $("said").textContent = text;
@@ -28,28 +29,32 @@ function take(message) {
   if (message.sources) sources(message.sources);
   if (message.opened && current(message)) opened(message.opened);
   if (message.scenes && message.id > state.shown) seen(message);
+  if (message.readings && !message.scenes && message.id === state.id) refined(message);
   if (message.finished && message.id === state.id) finished(message.finished);
   if (message.details && message.id === state.id) details(message);
   if (message.ends && message.id === state.id) ends(message.ends);
   if (message.checks && message.id === state.id) checks(message.checks);
   if (message.wished) open({ text: message.wished, file: `${state.machine.name}.toml` });
   if (message.file) download(message.file);
+  if (message.plan) plan(message.plan);
   if (message.searching) searching(message.searching);
+  if (message.best) best(message.best);
+  if (message.design && current(message) && message.title === state.awaited) beside({ ...message.design, title: message.title });
   if (message.progress && message.work === "search") progress(message.progress);
   else if (message.progress) say(message.progress);
   if (message.optimum) optimum(message);
   if (message.exporting !== undefined || message.exported) exported(message);
   if (message.error && current(message) && (message.id === undefined || message.id === state.id)) {
-    if (message.opening !== undefined) { state.pending = null; choices(); }
+    if (message.opening !== undefined) { state.pending = null; loading.textContent = ""; choices(); }
     say(message.error, true);
-    if (message.work === "search") search(false);
+    if (message.work === "search") search(null);
     if (message.work === "export") exported({ exporting: null });
   }
 }
 
 /** The line broke: what ran for this page has ended. A studio that was started anew has another address. */
 function lost(anew) {
-  search(false);
+  search(null);
   exported({ exporting: null });
   const moved = (state.machine?.controls ?? []).filter((one) => state.values[one.path] !== one.value);
   const numbers = moved.map((one) => `${one.name} = ${state.values[one.path]}`).join(", ");
@@ -78,6 +83,7 @@ function choices() {
 /** Open a machine; what was `kept` of it is set again, where its own numbers are the same as then. */
 function open(what, kept = null) {
   state.pending = { what, kept };
+  loading.textContent = `Loading ${what.name ?? what.file ?? ""} \u2026`;
   state.opens += 1;
   send({ ask: "open", opening: state.opens, ...what });
 }
@@ -108,7 +114,7 @@ function opened(machine) {
   else Object.assign(state, { values: own(machine), steps: [{ label: "As in the file", values: own(machine) }], at: 0, model: machine.models[0], locked: new Set() });
   if (!here) {
     Object.assign(state, { b: again ? kept.b : null, beside: [] });
-    $("drawings").replaceChildren();
+    $("drawings").replaceChildren(loading);
     $("curve").replaceChildren();
     drawings.length = 0;
   }
@@ -116,7 +122,7 @@ function opened(machine) {
   $("equations").hidden = machine.models.length < 2;
   offer(machine.exports);
   $("optimise").hidden = !machine.search;
-  search(false);
+  search(null);
   $("wish").hidden = !machine.wishes;
   fields();
   history();
@@ -302,6 +308,15 @@ function seen(message) {
   document.body.dataset.shown = message.id;
 }
 
+/** True extremes take the place of those of samples when the hand rests; the last ones are all of them. */
+function refined(message) {
+  if (state.latest.refined) return;
+  Object.assign(state.latest, { readings: message.readings, refined: message.refined });
+  readings();
+  judge();
+  document.body.dataset.refined = `${state.id} ${message.refined ? "all" : "first"}`;
+}
+
 /** What takes longer to find is drawn when the hand rests. */
 function finished(scenes) {
   state.latest.scenes = scenes;
@@ -318,7 +333,8 @@ function draw_all(scenes) {
 
 /** The design's results, those of its other models, and those of the design that was kept with the change. */
 function readings() {
-  const values = (found) => new Map(found.map((one) => [one.name, one.value]));
+  busy("readings", !state.latest.refined);
+  const values = (found) => new Map(found.map((one) => [unsampled(one.name), one.value]));
   const columns = [{ head: "A", of: values(state.latest.readings), kind: "a" }];
   for (const one of state.beside) columns.push({ head: `A, ${MODELS[one.model]?.toLowerCase() ?? one.model}`, of: values(one.readings), kind: "beside" });
   if (state.b) columns.push({ head: "B", of: values(state.b.readings), kind: "b" });
@@ -331,8 +347,8 @@ function readings() {
   };
   $("readings").tHead.replaceChildren(made(["Quantity", ...heads, ...(state.b ? ["Change"] : [])], true));
   $("readings").tBodies[0].replaceChildren(...state.latest.readings.map((one) => {
-    const cells = columns.map(({ of }) => digits(of.get(one.name)));
-    const change = state.b ? [changeText(one.value, columns.at(-1).of.get(one.name))] : [];
+    const cells = columns.map(({ of }) => digits(of.get(unsampled(one.name))));
+    const change = state.b ? [changeText(one.value, columns.at(-1).of.get(unsampled(one.name)))] : [];
     return made([named(one.name, one.unit), ...cells, ...change], false);
   }));
 }
@@ -340,7 +356,6 @@ function readings() {
 /** What takes longest: the other models, and what the machine is sized by. */
 function details(message) {
   state.beside = message.beside;
-  busy("readings", false);
   readings();
   drawings[0]?.beside(message.beside);
   $("details").hidden = message.details.length === 0;
@@ -353,7 +368,6 @@ const jump = (angle) => { drawings[0]?.go(angle); $("drawings").scrollIntoView({
 
 function checks(found) {
   state.checks = found;
-  if (state.b?.waits === state.id) state.b = { ...state.b, checks: found, waits: null };
   judge();
   document.body.dataset.checked = state.id;
 }
@@ -375,18 +389,26 @@ function judge() {
 
 /** What this page has of the design in edit. */
 function snapshot() {
-  const { latest, checks: found, values, model, id } = state;
-  const time = new Date().toLocaleTimeString([], { hour: "2-digit", minute: "2-digit" });
-  return { scene: latest.scenes[0], readings: latest.readings, checks: found, waits: found ? null : id, values: { ...values }, model, time };
+  const { latest, checks: found, values, model } = state;
+  return { scene: latest.scenes[0], readings: latest.readings, checks: found, values: { ...values }, model, title: `kept at ${time()}` };
 }
+
+const time = () => new Date().toLocaleTimeString([], { hour: "2-digit", minute: "2-digit" });
 
 function keep() {
   if (!state.latest) return;
   beside(snapshot());
+  if (!state.checks || !state.latest.refined) complete(state.b);
+}
+
+/** Ask for all that belongs to a design that is to be B: a later answer about another one counts no more. */
+function complete({ values, model, title }) {
+  send({ ask: "design", values, model, title, opening: state.opens });
+  state.awaited = title;
 }
 
 function beside(b) {
-  state.b = b;
+  Object.assign(state, { b, awaited: null });
   drawings[0]?.keep(b?.scene ?? null);
   designs();
   reflect();
@@ -409,7 +431,7 @@ function exchange() {
 function designs() {
   const { b } = state;
   $("exchange").disabled = $("discard").disabled = !b;
-  $("kept").replaceChildren(...(b ? [element("b", "b", "B"), ` was kept at ${b.time}.`] : ["No design is kept as B."]));
+  $("kept").replaceChildren(...(b ? [element("b", "b", "B"), `: ${b.title}.`] : ["No design is kept as B."]));
 }
 
 /** Numbers as the file has them. */
@@ -421,21 +443,66 @@ function reset() {
   ask();
 }
 
-function search(running) {
-  state.searching = running;
-  $("optimise").textContent = running ? "Stop the search" : (state.machine?.search ?? "");
-  $("optimise").classList.toggle("running", running);
-  if (!running) $("search").hidden = true;
+/** Show no search, the question that comes before one ("plan"), or the one that is running. */
+function search(stage) {
+  state.searching = stage === "running";
+  $("optimise").textContent = state.machine?.search ?? "";
+  $("optimise").disabled = state.searching;
+  $("search").hidden = stage === null;
+  $("plan").hidden = stage !== "plan";
+  $("running").hidden = stage !== "running";
+}
+
+const locked = () => [...state.locked].map((path) => parameters.get(path).control.name).join(", ");
+
+/** Ask which goal, and how many starts; a machine that leaves nothing to ask is searched at once. */
+function plan({ goal, quantities, aims, starts }) {
+  const stated = goal ? [new Option(`as the file states: ${goal}`, "")] : [];
+  $("quantity").replaceChildren(...stated, ...quantities.map(({ name, label }) => new Option(label, name)));
+  $("aim").replaceChildren(...aims.map((words) => new Option(words, words)));
+  $("starts").value = starts;
+  $("counted").hidden = starts === 1;
+  $("bound").textContent = locked() && `Locked: ${locked()}`;
+  aim();
+  if (starts === 1 && !quantities.length) { begin(); return; }
+  search("plan");
+  $("quantity").focus();
+}
+
+/** The file's own goal needs no word more. */
+function aim() {
+  $("aims").hidden = $("quantity").value === "";
+}
+
+function begin() {
+  const goal = $("quantity").value ? { quantity: $("quantity").value, aim: $("aim").value } : {};
+  searching({ goal: "", starts: 1 });
+  send({ ask: "optimise", values: state.values, model: state.model, locked: [...state.locked], goal, starts: Number($("starts").value) });
 }
 
 /** What the search that runs makes small, from how many starts, and what it leaves as it is. */
 function searching({ goal, starts }) {
-  state.goal = goal;
-  const locked = [...state.locked].map((path) => parameters.get(path).control.name).join(", ");
+  state.sought = { values: { ...state.values }, model: state.model, best: null };
   const from = starts === 1 ? "from this design" : `from ${starts} starts, this design and others within its bounds`;
-  $("goal").replaceChildren(element("b", "", "Minimised: "), `${goal}; ${from}${locked && `. Locked: ${locked}`}.`);
+  const fixed = locked() && `. Locked: ${locked()}`;
+  $("goal").replaceChildren(...(goal ? [element("b", "", "Minimised: "), `${goal}; ${from}${fixed}.`] : []));
   progress("");
-  $("search").hidden = false;
+  best(null);
+  search("running");
+  state.stopped = $("stop").disabled = false;
+}
+
+/** The best design that a search has so far, none at first. */
+function best(found) {
+  state.sought.best = found;
+  $("best").textContent = found?.sentence ?? "No design has been evaluated yet.";
+  $("use").disabled = !found;
+}
+
+/** Put a design of the search beside the one in edit, which stays: as soon as it was computed it is B. */
+function use(found, title) {
+  const { values, model } = state.sought;
+  complete({ values: { ...values, ...found.values }, model, title: `${title}, ${time()}` });
 }
 
 /** How far a stage of the search is, where its text counts steps. */
@@ -447,24 +514,22 @@ function progress(text) {
   $("progress").textContent = text;
 }
 
-function optimise() {
-  if (state.searching) { send({ ask: "cancel" }); say("The search was cancelled."); search(false); return; }
-  search(true);
-  say("Searching; the design in edit stays until a better one is found.");
-  send({ ask: "optimise", values: state.values, model: state.model, locked: [...state.locked] });
+const title = ({ met }, reason) => (met ? (reason ? "Best so far" : "Optimum") : "Closest design");
+
+/** The search has ended: with a result, or else with a `reason` and the best design that it had. */
+function optimum({ optimum: found, reason }) {
+  search(null);
+  use(found, title(found, reason));
+  const outcome = reason ? [`${reason.replace(/\.$/, "")}.`] : [found.sentence, $("goal").textContent];
+  if (state.stopped && found.met) outcome.push(found.sentence);
+  say([...outcome, `${found.met ? "It" : "The closest design"} is B; your design stays A.`].join(" "), Boolean(reason) && !state.stopped);
+  document.body.dataset.optimum = found.objective ?? found.sentence;
 }
 
-function optimum(message) {
-  search(false);
-  keep();
-  const found = Object.entries(message.optimum).filter(([path]) => !state.locked.has(path));
-  Object.assign(state.values, Object.fromEntries(found));
-  commit("Better design");
-  reflect();
-  ask();
-  const sentence = message.sentence ?? `Improved: objective ${digits(message.start_objective)} to ${digits(message.objective)}.`;
-  say(`${sentence} Minimised: ${state.goal}. Your previous design is kept as B.`);
-  document.body.dataset.optimum = message.objective ?? message.sentence;
+function stop() {
+  state.stopped = true;
+  $("stop").disabled = true;
+  send({ ask: "stop" });
 }
 
 function download(text) {
@@ -520,9 +585,14 @@ $("source").addEventListener("change", () => {
   else if (state.loaded) open(state.loaded);
 });
 $("model").addEventListener("change", () => { Object.assign(state, { model: $("model").value, beside: [] }); ask(); });
-for (const [name, deed] of Object.entries({ undo, redo: () => go(state.at + 1), reset, keep, exchange, discard: () => beside(null), optimise, help: () => $("keys").showModal() })) {
+for (const [name, deed] of Object.entries({ undo, redo: () => go(state.at + 1), reset, keep, exchange, discard: () => beside(null), stop, help: () => $("keys").showModal() })) {
   $(name).addEventListener("click", deed);
 }
+$("optimise").addEventListener("click", () => send({ ask: "plan", values: state.values, model: state.model }));
+$("plan").addEventListener("submit", (event) => { event.preventDefault(); begin(); });
+$("unplan").addEventListener("click", () => search(null));
+$("quantity").addEventListener("change", aim);
+$("use").addEventListener("click", () => { use(state.sought.best, title(state.sought.best, "so far")); say("The best design so far is B; the search goes on."); });
 $("theme").addEventListener("change", () => theme($("theme").value));
 theme(storedTheme());
 $("find").addEventListener("input", find);

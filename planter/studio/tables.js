@@ -2,6 +2,9 @@
 
 export const digits = (value, count = 6) => (value === null || value === undefined ? "\u2013" : Number(value.toPrecision(count)).toString().replace("-", "\u2212"));
 
+/** The name of a result without the words that it is of samples. */
+export const unsampled = (name) => name.replace(/, \d+ samples$/, "");
+
 /** A unit as it is written: exponents raised, degrees by their sign, nothing for a number without a unit. */
 export function unitText(unit) {
   if (unit === "deg") return "\u00b0";
@@ -126,9 +129,10 @@ export function verdict({ checks, readings, b, jump }) {
   if (checks?.length) found.push(failures("A", checks, jump));
   if (b?.checks?.length) found.push(failures("B", b.checks, jump));
   if (b && readings) {
-    const other = new Map(b.readings.map((one) => [one.name, one.value]));
-    const parts = readings.slice(0, 2).filter((one) => other.has(one.name));
-    const words = parts.map((one) => `${one.name} ${valueText(other.get(one.name), one.unit)} instead of ${valueText(one.value, one.unit)} (${changeText(one.value, other.get(one.name))})`);
+    const other = new Map(b.readings.map((one) => [unsampled(one.name), one.value]));
+    const parts = readings.slice(0, 2).filter((one) => other.has(unsampled(one.name)));
+    const change = (one, value) => `${unsampled(one.name)} ${valueText(value, one.unit)} instead of ${valueText(one.value, one.unit)} (${changeText(one.value, value)})`;
+    const words = parts.map((one) => change(one, other.get(unsampled(one.name))));
     if (words.length) found.push(element("p", "", element("span", "badge", "B"), ` has ${words.join("; ")}.`));
   }
   if (!found.length) found.push(element("p", "soft", checks ? "The file of this machine states no requirements." : "Being computed."));

@@ -18,8 +18,6 @@ from planter.measured.sensor_presentation import (
     FIGURE,
 )
 from planter.mechanism.presentation import (
-    CLOSEST_FILE,
-    OPTIMUM_FILE,
     describe_search,
     format_design_file,
 )
@@ -44,7 +42,7 @@ from planter.papers.planting.results import (
 from planter.papers.planting.toothed import locate_pitch_curves
 from planter.report import files
 from planter.report.animation import MotionBlock
-from planter.report.folder import drop_file, write_file
+from planter.report.folder import CLOSEST_FILE, OPTIMUM_FILE, drop_file, write_file
 from planter.report.html import (
     Block,
     Cell,

@@ -33,7 +33,9 @@ from planter.report.subject import (
 )
 
 if TYPE_CHECKING:
+    from planter.engine.curves import QuantityCurves
     from planter.papers.planting.requirement_rows import RequirementRows
+    from planter.papers.planting.results import Statistics, TrueExtremes
     from planter.report.scene import Scene
     from planter.report.subject import Portable
 
@@ -152,6 +154,23 @@ def _label(name: str) -> str:
     return entry.name if entry else ""
 
 
+LOADS = {"M_L": ("largest motor torque", "N m"), "F_E": ("largest force of the cam", "N")}
+"""Quantities whose largest size is a reading, with its name and unit."""
+SIZES = ("centre distance of stage 1", "centre distance of stage 2")
+
+
+def _list_force_results(
+    objective: float, force: Statistics | TrueExtremes
+) -> list[tuple[str, str, float]]:
+    """Return name, unit and value of the results of the support force."""
+    return [
+        ("objective (31)", "", objective),
+        ("range of the support force", "N", force.range_N),
+        ("largest support force", "N", force.max_N),
+        ("least support force", "N", force.min_N),
+    ]
+
+
 class PlantingView:
     """A planting device; the design first, then some of what it is built of."""
 
@@ -164,6 +183,7 @@ class PlantingView:
         self.machine, self.name = machine, machine.name
         self._devices: dict[str, tuple[Device, Values]] = {}
         self._measures: RequirementRows | None = None
+        self._curves: dict[tuple[str, str], QuantityCurves] = {}
 
     @cached_property
     def controls(self) -> Sequence[Control]:
@@ -244,30 +264,73 @@ class PlantingView:
         """Objective, support force, motor torque, centre distances; all of the samples of the
         file.
         """
-        from planter.measured.sensor_presentation import list_signal_readings
         from planter.papers.planting.browser_programs import name_over_samples
         from planter.papers.planting.results import Statistics
 
         device, x = self._at(values, model)
         turn = device.columns(x, device.engine.list_angles())
-        force, torque = Statistics.of_samples(turn["support_N"]), turn["M_L_Nm"]
         over = partial(name_over_samples, samples=device.machine.objective.samples)
-        a1, a2 = device.centre_distances(x) * 1e3
+        force = Statistics.of_samples(turn["support_N"])
+        objective = device.machine.objective.value(force.range_N, force.variance_N2)
+        forces = [
+            Reading(over(name), unit, value)
+            for name, unit, value in _list_force_results(objective, force)
+        ]
+        sizes = float(abs(turn["M_L_Nm"]).max()), float(turn["F_E_N"].max())
+        loads = [
+            Reading(over(name), unit, size)
+            for (name, unit), size in zip(LOADS.values(), sizes, strict=True)
+        ]
+        return self._list_readings(device, x, forces, loads)
+
+    def refined(self, values: Values, model: str, quickly: bool = False) -> Sequence[Reading]:
+        """The same by true extremes; if `quickly`, without those of torque and cam."""
+        from planter.engine.solvers.curve_sum import CurveSide
+        from planter.engine.solvers.cycle_panels import CyclePanels
+        from planter.papers.planting.objective import evaluate_true_extremes
+
+        device, x = self._at(values, model)
+        force = evaluate_true_extremes(device, x)
+        forces = [
+            Reading(*result) for result in _list_force_results(force.objective, force)
+        ]
+        if quickly:
+            sampled = self.readings(values, model)
+            first = len(sampled) - len(SIZES) - len(LOADS)
+            return self._list_readings(device, x, forces, sampled[first : first + len(LOADS)])
+        loads = []
+        for load, (name, unit) in LOADS.items():
+            panels = CyclePanels(self._load_curves(device, load), x)
+            size = max(panels.top(CurveSide(0, 0, sign)) for sign in (1, -1))
+            loads.append(Reading(name, unit, size))
+        return self._list_readings(device, x, forces, loads)
+
+    def _load_curves(self, device: Device, load: str) -> QuantityCurves:
+        """Return the curve of a load of a device, with all functions of the latest one like it."""
+        from planter.engine.curves import QuantityCurves
+
+        key = device.model, load
+        latest, machine = self._curves.get(key), device.force.machine
+        curves = QuantityCurves(machine, (load,)) if latest is None else latest.with_machine(machine)
+        self._curves[key] = curves
+        return curves
+
+    def _list_readings(
+        self, device: Device, x: Array, forces: Sequence[Reading], loads: Sequence[Reading]
+    ) -> list[Reading]:
+        from planter.measured.sensor_presentation import list_signal_readings
+
+        signal = device.measure(x, device.columns(x, device.engine.list_angles()))
+        distances = device.centre_distances(x) * 1e3
         return [
-            *list_signal_readings(device.measure(x, turn)),
-            Reading(
-                over("objective (31)"),
-                "",
-                device.machine.objective.value(force.range_N, force.variance_N2),
-            ),
-            Reading(over("range of the support force"), "N", force.range_N),
-            Reading(over("largest support force"), "N", force.max_N),
-            Reading(over("least support force"), "N", force.min_N),
+            *list_signal_readings(signal),
+            *forces,
             Reading("weight", "N", device.weight),
-            Reading(over("largest motor torque"), "N m", float(abs(torque).max())),
-            Reading(over("largest force of the cam"), "N", float(turn["F_E_N"].max())),
-            Reading("centre distance of stage 1", "mm", float(a1)),
-            Reading("centre distance of stage 2", "mm", float(a2)),
+            *loads,
+            *(
+                Reading(name, "mm", float(distance))
+                for name, distance in zip(SIZES, distances, strict=True)
+            ),
         ]
 
     def checks(self, values: Values, model: str) -> Sequence[RequirementCheck]:

@@ -41,7 +41,7 @@ class Model {
     const { plan, template, picture, readings } = this.told;
     const told = record(template, plan, numbers);
     const scene = { record: told, picture, fill: (svg) => fill(svg, plan, numbers, told) };
-    return { scenes: [scene], readings: readings.map((one) => ({ ...one, value: one.at === null ? null : numbers[one.at] })) };
+    return { scenes: [scene], refined: true, readings: readings.map((one) => ({ ...one, value: one.at === null ? null : numbers[one.at] })) };
   }
 
   /** The objective and its gradient per shown unit; null where there are none. */
@@ -64,15 +64,17 @@ class Local {
     this.models = Object.fromEntries(Object.entries(this.machine.models).map(([name, told]) => [name, new Model(told, found)]));
   }
 
-  answer({ ask, id, values, model }) {
+  answer({ ask, id, values, model, title }) {
     const { name, controls, search, file } = this.machine;
     if (ask === "open") return { opened: { name, models: Object.keys(this.models), handles: [], exports: [], controls, search } };
+    if (ask === "plan") return { plan: { goal: this.machine.goal, quantities: [], aims: [], starts: 1 } };
     if (ask === "file") return { file: text(file, controls, values) };
     const wrong = controls.find(({ path, lower, upper }) => !(values[path] >= lower && values[path] <= upper));
     if (wrong) return { id, error: `${wrong.name} = ${values[wrong.path]}: the value must be between ${digits(wrong.lower)} and ${digits(wrong.upper)}` };
     if (ask === "optimise") return this.#improved(this.models[model], values);
     const found = this.models[model].shown(values);
     if (found === null) return { id, error: "with these numbers there is no such machine: what is computed is not finite" };
+    if (ask === "design") return { title, design: { scene: found.scenes[0], readings: found.readings, checks: null, values, model } };
     return { id, ...found };
   }
 
@@ -91,6 +93,7 @@ class Local {
     const ends = (key) => paths.map((path) => known.get(path)[key]);
     const found = improve((design) => model.sloped(at(design)), paths.map((path) => values[path]), ends("lower"), ends("upper"));
     if (found === null) return { work: "search", error: "from here there is no descent: what is computed is not finite" };
-    return { searching: { goal: this.machine.goal, starts: 1 }, optimum: at(found.values), start_objective: found.first, objective: found.value };
+    const sentence = `Improved: objective ${digits(found.first)} to ${digits(found.value)}.`;
+    return { searching: { goal: this.machine.goal, starts: 1 }, optimum: { values: at(found.values), sentence, met: true, objective: found.value } };
   }
 }

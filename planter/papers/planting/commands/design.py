@@ -192,7 +192,7 @@ def optimise(
     as_json: JsonOption = False,
     out: OutOption = None,
 ) -> None:
-    from planter.report.folder import check_files, drop_file, renew_files
+    from planter.report.folder import CLOSEST_FILE, check_files, drop_file, renew_files
 
     console = Console(as_json)
     with console.outcome(), renew_files(out):
@@ -249,7 +249,6 @@ def optimise(
                     *figure_files(*FIGURES),
                 ],
             )
-        from planter.mechanism.presentation import CLOSEST_FILE
         from planter.papers.planting.design_presentation import present_optimum, write_partial
         from planter.papers.planting.requirements import InfeasibleRequirementsError
         from planter.papers.planting.tooth_count_search import optimise_with_tooth_counts
