@@ -12,7 +12,7 @@ import inspect
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Literal, Protocol
+from typing import TYPE_CHECKING, Any, Literal, NoReturn, Protocol
 
 import casadi as ca
 import numpy as np
@@ -717,9 +717,14 @@ def load_machine(
         )
     for name, choice in choices.items():
         if name not in inspect.signature(module.load).parameters:
-            raise InputError(f"--{name} {choice} does not apply to {source}: it has one {name}")
+            refuse_choice(source, name, choice)
     machine: Machine = module.load(source, changes or {}, **choices)
     return machine if speed_rpm is None else machine.with_speed(speed_rpm)
+
+
+def refuse_choice(source: str, name: str, choice: str) -> NoReturn:
+    """Raise InputError for a choice that the machine of a source does not leave."""
+    raise InputError(f"--{name} {choice} does not apply to {source}: it has one {name}")
 
 
 def check_samples(samples: int | None, fewest: int = 4) -> None:

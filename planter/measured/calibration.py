@@ -143,7 +143,7 @@ def calibrate(
         task = Task(prepare_starts, {"build": builders[name], **arguments})
         curve = build_curve(machine_of_model, chosen[name], measured, quantities)
         fits[name] = fit_curve(curve, seed, STARTS, phase, task, means)
-    results = {name: _describe_fit(fit, measured) for name, fit in fits.items()}
+    results = {name: describe_fit(fit, measured) for name, fit in fits.items()}
     fitted, notes = (None, []) if rebuild is None else rebuild_machine(fits[model], rebuild)
     first, other_fits = results[model], [fit for name, fit in fits.items() if name != model]
     values, unit = measured.values[measured.used], fits[model].curve.unit
@@ -164,7 +164,7 @@ def calibrate(
                 *describe_view(fits[model].curve, fits[model].values),
                 *notes,
             ],
-            warnings=_warnings(first),
+            warnings=list_warnings(first),
             noise=first.noise,
             target=_spread(float(values.std()), len(values), unit),
             reached=_spread(first.rms, len(values), unit),
@@ -204,20 +204,21 @@ def rebuild_machine(
         return None, [f"no machine can have the fitted values; change the bounds: {error.message}"]
 
 
-def _describe_fit(fit: Fit, measured: Measurement) -> ModelMeasured:
-    curve = fit.curve
+def describe_fit(fit: Fit, measured: Measurement) -> ModelMeasured:
+    """Return the record of a fit."""
+    curve = fit.curve.with_angles_at(fit.values)
     first = fit.residuals[curve.channels[0]]
     worst, correlation = int(np.argmax(np.abs(first))), fit.correlation()
     moves, place = curve.duration is not None, float(curve.to_places(curve.phi[worst]))
     span = float(np.ptp(measured.values[measured.used]))
-    ratio = fit.rms / max(measured.noise, SMALLEST_NOISE * span + TINIEST_NOISE)
+    noise = max(measured.noise, SMALLEST_NOISE * span + TINIEST_NOISE)
     lack = assess_lack_of_fit(curve, fit.residuals, curve(fit.values)[1])
     noises = [describe_noise(*each) for each in zip(curve.noises, curve.units, strict=True)]
     described = zip(curve.keys, curve.units, curve.channels, fit.channel_rms, noises, strict=True)
     return ModelMeasured(
         outcome=judge_fit(fit, lack),
         rms=fit.rms,
-        rms_of_noise=ratio,
+        rms_of_noise=None if measured.is_path else fit.rms / noise,
         largest_residual=float(first[worst]),
         largest_residual_deg=None if moves else place % 360.0,
         largest_residual_s=place if moves else None,
@@ -324,9 +325,7 @@ FITS: dict[Outcome, str] = {
 
 
 def _statement(results: Mapping[str, ModelMeasured], noise: float, unit: str) -> str:
-    """Return sentences on the models that explain the data and on inputs that the data do not
-    determine.
-    """
+    """Return sentences on the models that explain the data and on what the data determine."""
     sentences = []
     for model, result in results.items():
         sentences.append(f"{model.capitalize()} model: {FITS[result.outcome]}")
@@ -335,25 +334,38 @@ def _statement(results: Mapping[str, ModelMeasured], noise: float, unit: str) ->
             f"measurement noise "
             f"({noise:.3g} {unit})"
         )
-        if result.active_bounds:
-            sentences.append(state_active_bounds(result.active_bounds))
-        if result.lack_of_fit.probability < REFUTING:
-            sentences.append(
-                f"What it leaves has a probability of {result.lack_of_fit.probability:.2g} as noise"
-            )
-    first = next(iter(results.values()))
-    sentences.append(
-        f"The data determine {first.rank} of {len(first.fitted)} combinations of the inputs"
-    )
-    undetermined = [entry.name for entry in first.fitted if entry.open]
+        sentences += state_shortfalls(result)
+    return ". ".join([*sentences, *state_determined(next(iter(results.values())))])
+
+
+def state_shortfalls(result: ModelMeasured) -> list[str]:
+    """Return sentences on bounds on which a fit rests, and on what it leaves that is no noise."""
+    sentences = []
+    if result.active_bounds:
+        sentences.append(state_active_bounds(result.active_bounds))
+    if result.lack_of_fit.probability < REFUTING:
+        sentences.append(
+            f"What it leaves has a probability of {result.lack_of_fit.probability:.2g} as noise"
+        )
+    return sentences
+
+
+def state_determined(result: ModelMeasured) -> list[str]:
+    """Return sentences on how many combinations of the inputs the data determine, and on inputs
+    that they do not.
+    """
+    sentences = [
+        f"The data determine {result.rank} of {len(result.fitted)} combinations of the inputs"
+    ]
+    undetermined = [entry.name for entry in result.fitted if entry.open]
     if undetermined:
         sentences.append(
             f"Not determined by the data (interval reaches its bound): {', '.join(undetermined)}"
         )
-    return ". ".join(sentences)
+    return sentences
 
 
-def _warnings(result: ModelMeasured) -> list[str]:
+def list_warnings(result: ModelMeasured) -> list[str]:
     """Return the warnings on the fit of the first model."""
     if result.active_bounds:
         names = ", ".join(bound.name for bound in result.active_bounds)

@@ -30,6 +30,8 @@ OFFSET, PHASE, SHIFT = "offset_N", "phase_deg", "shift_s"
 """Names of nuisance parameters: the zero of the gauge, with any unit, that of the angle, and that of
 the time of what moves freely.
 """
+FRAME = ("frame_deg", "frame_x_mm", "frame_y_mm")
+"""Names of those of a measured path: the rotation and the origin of its frame in the machine's."""
 EFFECT = "effect: "
 """Beginning of the names of parameters of what stands between the machine and its sensor."""
 SAMPLES = 720
@@ -83,7 +85,7 @@ class Chosen:
         for name, (low, high) in bounds.items():
             matches = [name] if is_nuisance(name) else input_names.candidates(name)
             if len(matches) != 1:
-                hint = paths.suggest_names(name, [*paths_of_inputs, OFFSET, PHASE])
+                hint = paths.suggest_names(name, [*paths_of_inputs, OFFSET, PHASE, *FRAME])
                 raise InputError(f"--fit {name}: {hint}")
             if not low < high:
                 raise InputError(
@@ -154,6 +156,7 @@ class MeasuredCurve:
         self, machine: Machine, chosen: Chosen, measured: Measurement, quantity: str | Sequence[str]
     ) -> None:
         self.chosen = chosen
+        self._check_names()
         quantities = (quantity,) if isinstance(quantity, str) else tuple(quantity)
         results = [find_measured(machine, each) for each in quantities]
         self.keys = tuple(result.key for result in results)
@@ -213,6 +216,15 @@ class MeasuredCurve:
         self._set_response()
         self._last: tuple[bytes, tuple[Array, Array]] | None = None
 
+    def _check_names(self) -> None:
+        """Raise InputError for an input that only the points of a path have."""
+        for name in self.chosen.names:
+            if name in FRAME:
+                raise InputError(
+                    f"--fit {name}: only the points of a path have a frame: name the columns of x "
+                    f"and y, and neither an angle nor a time"
+                )
+
     def _set_response(self) -> None:
         """Set the response of the machine to the inputs."""
         names = self.chosen.names
@@ -252,6 +264,16 @@ class MeasuredCurve:
         changed = copy(self)
         changed.noises = tuple(noises)
         return changed
+
+    def with_angles_at(self, z: Array) -> MeasuredCurve:
+        """Return the curve with the angles that its points have for values (n,): those of the
+        record.
+        """
+        return self
+
+    def find_starts(self, z: Array, count: int) -> list[tuple[Array, float]]:
+        """Return the best minima of a scan around values (n,), as `find_phases`."""
+        return find_phases(self, z, count)
 
     def with_bounds_moved(self, moves: Mapping[int, tuple[Side, float]]) -> MeasuredCurve:
         """Return a copy with bounds moved inwards, by shares of their width."""
@@ -520,7 +542,7 @@ def find_offset_channel(name: str, keys: Sequence[str], display_units: Sequence[
 
 def is_nuisance(name: str) -> bool:
     """Return whether a fitted value is a nuisance parameter, not an input of the machine."""
-    return name in (PHASE, SHIFT) or is_offset(name) or name.startswith(EFFECT)
+    return name in (PHASE, SHIFT, *FRAME) or is_offset(name) or name.startswith(EFFECT)
 
 
 def _check_origin(machine: Machine, name: str, low: float) -> None:

@@ -97,13 +97,14 @@ class ModelMeasured(Record):
     fit rests on `active_bounds`; else "not explained", or "not settled" if starts disagree. `rank`
     is the number of combinations of inputs that the data determine; `correlation` is the matrix of
     the inputs in their order, null if the data do not determine all; `rms_of_noise` is the RMS
-    residual over the noise of the data. The largest residual has its angle, or, of what moves
+    residual over the noise of the data, null for the points of a path, which do not tell it. The
+    largest residual has its angle, or, of what moves
     freely, its time in the record.
     """
 
     outcome: Outcome
     rms: float
-    rms_of_noise: float
+    rms_of_noise: float | None
     largest_residual: float
     largest_residual_deg: float | None
     fitted: list[FittedInput]
@@ -173,6 +174,66 @@ class MeasuredFound(Record):
     other_model: NoiseSpread | None
     reading: DataReading
     prediction: Prediction | None = None
+
+
+@dataclass(frozen=True)
+class LargestDistance(Record):
+    """The point that is farthest from the path: its signed distance, its line among the points in
+    use, counted from 1, and its place in the frame of the machine.
+
+    `phi_deg` is the angle of the nearest point of the path, `arc_mm` the length of the path from the
+    angle 0 to there.
+    """
+
+    distance_mm: float
+    point: int
+    x_mm: float
+    y_mm: float
+    phi_deg: float
+    arc_mm: float
+
+
+@dataclass(frozen=True)
+class FramePlacement(Record):
+    """Pose of the measured frame in that of the machine: rotation and origin.
+
+    `fitted` names those of them that were fitted; the others are zero.
+    """
+
+    rotation_deg: float
+    x_mm: float
+    y_mm: float
+    fitted: list[str]
+
+
+@dataclass(frozen=True)
+class PathFound(Record):
+    """Result of `planter calibrate --data` for the points of a path: their distances from the path
+    of the point whose coordinates `quantity` names.
+
+    A distance is that to the true nearest point of the path, positive on its left, seen in the
+    direction in which the drive angle grows. `rms_mm`, `mean_mm` and `largest` are those of all
+    `points`; `length_mm` is the length of the path over a cycle. `fit` is null, `fitted` empty and
+    `outcome` null if nothing was fitted.
+    """
+
+    machine: str
+    model: str
+    quantity: list[str]
+    unit: str
+    statement: str
+    points: int
+    rms_mm: float
+    mean_mm: float
+    largest: LargestDistance
+    length_mm: float
+    placement: FramePlacement
+    outcome: Outcome | None
+    fitted: list[FittedInput]
+    fit: ModelMeasured | None
+    treatment: list[str]
+    warnings: list[str]
+    reading: DataReading
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ import scipy
 from planter.errors import ComputationError
 from planter.jobs import run_in_order
 from planter.kernels import Array
-from planter.measured.curve import MeasuredCurve, Side, find_phases
+from planter.measured.curve import MeasuredCurve, Side
 from planter.measured.noise import NoiseEstimate, estimate_noise
 from planter.progress import ProgressPhase
 from planter.task import AUTO, Means, Task
@@ -465,12 +465,12 @@ def _all(fit: Fit) -> list[int]:
 
 
 def _search_from(curve: MeasuredCurve, begin: Array) -> tuple[Array, float]:
-    """Search from one point, and again from each better phase of a scan at its end."""
+    """Search from one point, and again from each better minimum of a scan at its end."""
     indices = list(range(len(begin)))
-    phases = find_phases(curve, begin, CANDIDATES)
-    best = min((search(curve, values, indices) for values, _ in phases), key=lambda end: end[1])
-    for _ in range(RESCANS if curve.phase_index is not None else 0):
-        values, predicted = find_phases(curve, best[0], 1)[0]
+    starts = curve.find_starts(begin, CANDIDATES)
+    best = min((search(curve, values, indices) for values, _ in starts), key=lambda end: end[1])
+    for _ in range(RESCANS):
+        values, predicted = curve.find_starts(best[0], 1)[0]
         if predicted > BETTER * best[1]:
             break
         end = search(curve, values, indices)

@@ -20,7 +20,10 @@ from planter.measured.findings import (
     FittedInput,
     MeasuredFound,
     MeasuredPreview,
+    ModelMeasured,
+    Noise,
     Outcome,
+    PathFound,
 )
 from planter.measured.reading import (
     DataReading,
@@ -104,7 +107,7 @@ def present_fit(
     return ResultPresentation(
         title=f"{document.name}, fitted to measured data",
         **_state(result.statement, result.outcome == REFUTED),
-        key_figures=_list_fitted_figures(result.fitted),
+        key_figures=list_fitted_figures(result.fitted),
         record=result,
         sections=list(_list_sections(result)),
         document=document,
@@ -116,7 +119,7 @@ def present_fit(
         captions={"data": DATA_CAPTION, "measured": FIT_CAPTION},
         tables=lambda: {"residuals.csv": _tabulate_curves(calibrated)},
         comments=files.list_comments(document, "machine"),
-        texts=lambda: _write_machine(calibrated.machine, result, f"{result.reached.points} points"),
+        texts=lambda: write_machine(calibrated.machine, result, f"{result.reached.points} points"),
     )
 
 
@@ -127,7 +130,7 @@ def _state(statement: str, is_refuted: bool) -> dict[str, Any]:
     return {"failures": [f"{statement}."]} if is_refuted else {"conclusion": f"{statement}."}
 
 
-def _list_fitted_figures(fitted: Sequence[FittedInput]) -> list[KeyFigure]:
+def list_fitted_figures(fitted: Sequence[FittedInput]) -> list[KeyFigure]:
     """Return inputs with their 95 % intervals, first those whose interval ends within the bounds."""
     ordered = sorted(fitted, key=lambda entry: entry.open)
     return [
@@ -151,24 +154,23 @@ def present_preview(
     meanings: Mapping[str, str],
 ) -> ResultPresentation:
     """Return the presentation of what was understood of a file, before anything is fitted."""
-    has_curves = measured is not None and bool(measured.channels)
+    has_curves = measured is not None and bool(measured.channels) and not measured.is_path
     sections = [_list_columns(result)]
     conclusion = f"{len(result.columns)} columns; nothing was fitted."
     if (reading := result.reading) is not None:
-        sections += _list_data(reading, result.treatment)
+        sections += list_data_sections(reading, result.treatment)
         speed = (
             ""
             if reading.speed_rpm is None
             else f" at {reading.speed_rpm[0]:.4g} to {reading.speed_rpm[2]:.4g} r/min"
         )
-        extent = (
-            f"{reading.revolutions:.4g} revolutions"
-            if reading.duration_s is None
-            else f"{reading.duration_s:.4g} s"
-        )
+        extent = "as points of a path"
+        if reading.revolutions is not None:
+            extent = f"over {reading.revolutions:.4g} revolutions"
+        elif reading.duration_s is not None:
+            extent = f"over {reading.duration_s:.4g} s"
         conclusion = (
-            f"{reading.used} of {reading.rows} rows are used, over {extent}{speed}; nothing was "
-            f"fitted."
+            f"{reading.used} of {reading.rows} rows are used, {extent}{speed}; nothing was fitted."
         )
     return ResultPresentation(
         title=f"Measured data for {document.name}",
@@ -207,9 +209,12 @@ def present_explained(
     return ResultPresentation(
         title=f"{document.name}: explanations of measured data",
         conclusion=f"{result.statement}.",
-        key_figures=_list_fitted_figures(result.fitted),
+        key_figures=list_fitted_figures(result.fitted),
         record=result,
-        sections=[*_list_explanations(explained), *_list_data(result.reading, result.treatment)],
+        sections=[
+            *_list_explanations(explained),
+            *list_data_sections(result.reading, result.treatment),
+        ],
         document=document,
         meanings=meanings,
         figures=lambda: {
@@ -265,21 +270,27 @@ def _format_probability(probability: float | None) -> Cell:
     return probability if probability > LEAST_PROBABILITY else BELOW
 
 
-def _list_data(reading: DataReading, treatment: Sequence[str]) -> Iterator[Section]:
+def list_data_sections(reading: DataReading, treatment: Sequence[str]) -> Iterator[Section]:
+    """Yield the section on how a file was read and what was left out."""
     dropped_rows = {describe_dropped(entry) for entry in reading.dropped}
     lines = [f"{line[0].upper()}{line[1:]}." for line in treatment if line not in dropped_rows]
-    keys: dict[str, Cell] = (
-        {"revolutions": reading.revolutions or 0.0, "step / deg": reading.step_deg or 0.0}
-        if reading.duration_s is None
-        else {"duration / s": reading.duration_s, "step / s": reading.step_s or 0.0}
-    )
+    extents = {
+        "revolutions": reading.revolutions,
+        "step / deg": reading.step_deg,
+        "duration / s": reading.duration_s,
+        "step / s": reading.step_s,
+    }
+    keys: dict[str, Cell] = {name: value for name, value in extents.items() if value is not None}
     if reading.speed_rpm is not None:
         names = ("least", "mean", "greatest")
         keys |= {
             f"{name} speed / (r/min)": v for name, v in zip(names, reading.speed_rpm, strict=True)
         }
-    blocks: list[Block] = [Items(lines), Keys(keys)]
-    blocks.append(tabulate_records(reading.channels, CHANNELS))
+    blocks: list[Block] = [Items(lines)]
+    if keys:
+        blocks.append(Keys(keys))
+    if reading.channels:
+        blocks.append(tabulate_records(reading.channels, CHANNELS))
     if reading.dropped:
         dropped = {"rows": "count", "left out": "reason", "lines": "lines"}
         blocks.append(tabulate_records(reading.dropped, dropped))
@@ -288,14 +299,7 @@ def _list_data(reading: DataReading, treatment: Sequence[str]) -> Iterator[Secti
 
 def _list_sections(result: MeasuredFound) -> Iterator[Section]:
     yield from list_warning_sections(result.warnings)
-    noise = (
-        "white noise"
-        if result.noise.model == "white"
-        else f"noise correlated by {result.noise.rho:.2f}"
-    )
-    further = {"open": "open", "lower": "lower", "upper": "upper", "origin": "origin"}
-    table = tabulate_records(result.fitted, INPUTS | further, "", list(further)[1:])
-    yield Section(f"Fitted inputs, with 95 % intervals for {noise}", [table])
+    yield build_fitted_section(result.fitted, result.noise)
     unit = result.unit
     place = ("at / deg", "largest_residual_deg")
     if result.reading.duration_s is not None:
@@ -328,18 +332,30 @@ def _list_sections(result: MeasuredFound) -> Iterator[Section]:
         }
         title = f"Residuals of the quantities, {result.model} model"
         yield Section(title, [tabulate_records(channels, columns)])
-    correlation = result.models[result.model].correlation
-    if correlation is not None:
-        rows: list[list[Cell]] = [[str(i), *row] for i, row in enumerate(correlation, 1)]
-        table = Table(("", *(str(row[0]) for row in rows)), rows)
-        yield Section("Correlation of the inputs, in their order", [table], detail=True)
+    yield from list_correlation_sections(result.models[result.model])
     if (prediction := result.prediction) is not None:
         title = (
             f"Prediction of {prediction.points} points at {prediction.speed_rpm:g} r/min, "
             f"which were not fitted"
         )
         yield Section(title, [Table(("model", f"rms / {result.unit}"), [*prediction.rms.items()])])
-    yield from _list_data(result.reading, result.treatment)
+    yield from list_data_sections(result.reading, result.treatment)
+
+
+def build_fitted_section(fitted: Sequence[FittedInput], noise: Noise) -> Section:
+    """Return the section on fitted inputs, with their intervals for a noise."""
+    words = "white noise" if noise.model == "white" else f"noise correlated by {noise.rho:.2f}"
+    further = {"open": "open", "lower": "lower", "upper": "upper", "origin": "origin"}
+    table = tabulate_records(fitted, INPUTS | further, "", list(further)[1:])
+    return Section(f"Fitted inputs, with 95 % intervals for {words}", [table])
+
+
+def list_correlation_sections(fit: ModelMeasured) -> Iterator[Section]:
+    """Yield the section on the correlation of fitted inputs, unless the data leave some open."""
+    if fit.correlation is not None:
+        rows: list[list[Cell]] = [[str(i), *row] for i, row in enumerate(fit.correlation, 1)]
+        table = Table(("", *(str(row[0]) for row in rows)), rows)
+        yield Section("Correlation of the inputs, in their order", [table], detail=True)
 
 
 def _write_explained(explained: ExplanationFits) -> dict[str, str]:
@@ -348,12 +364,12 @@ def _write_explained(explained: ExplanationFits) -> dict[str, str]:
     if not has_effects and all(is_nuisance(entry.name) for entry in result.fitted):
         return {}
     source = f"{result.reading.used} points, {result.preferred}"
-    return _write_machine(explained.machine, result, source, has_effects)
+    return write_machine(explained.machine, result, source, has_effects)
 
 
-def _write_machine(
+def write_machine(
     machine: Document | None,
-    result: MeasuredFound | ExplanationFound,
+    result: MeasuredFound | ExplanationFound | PathFound,
     source: str,
     is_sensor_fitted: bool = False,
 ) -> dict[str, str]:

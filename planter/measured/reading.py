@@ -3,8 +3,8 @@ was left out.
 
 The angle is a column (counted on, or starting anew every revolution), follows from the time at the
 machine's speed, or from a trigger that pulses once a revolution. Of what moves freely there is the
-time alone, counted from the first row: its record is a turn. Rows stay in the order of the file,
-which is that of the noise.
+time alone, counted from the first row: its record is a turn. Points of a path need neither. Rows
+stay in the order of the file, which is that of the noise.
 """
 
 from __future__ import annotations
@@ -32,6 +32,8 @@ from planter.numerics.arrays import TURN
 
 FEWEST = 12
 """Minimum number of points of a fit."""
+FEWEST_POINTS, PATH_UNIT = 3, "mm"
+"""Minimum number of points of a path, and the unit in which they are."""
 REACH, OUTSIDE = 2, 6.0
 """Number of neighbours on each side of a point, and robust deviations beyond which it is an
 outlier.
@@ -190,7 +192,8 @@ class DataReading(Record):
 
     `rows` are those of the file, `used` those with an angle and a value; `speed_rpm` are the least,
     mean and greatest speed of a revolution, null unless the file has times. Of what moves freely
-    there are `duration_s` and `step_s` instead of revolutions and degrees.
+    there are `duration_s` and `step_s` instead of revolutions and degrees, of the points of a path
+    neither, and no `channels`.
     """
 
     file: str
@@ -215,7 +218,8 @@ class Measurement:
 
     `speed` (n,) [rad/s] is that of the drive, None if the file does not tell. `treatment` describes
     in sentences how the file was read, `reading` as a record. Of what moves freely a turn is the
-    record's `duration` [s], which is None otherwise.
+    record's `duration` [s], which is None otherwise. Points of a path have the numbers of their rows
+    in place of angles.
     """
 
     phi: Array
@@ -224,6 +228,7 @@ class Measurement:
     speed: Array | None = None
     reading: DataReading | None = None
     duration: float | None = None
+    is_path: bool = False
 
     @property
     def values(self) -> Array:
@@ -360,6 +365,57 @@ def read_curves(
         None if positions.speed is None else positions.speed[retained],
         reading,
         duration,
+    )
+
+
+def read_path(table: LoggerTable, columns: Columns) -> Measurement:
+    """Read the points of a path from a table, whose two columns of values are x and y.
+
+    A row without one of them is left out, and no point counts as an outlier. Raises InputError as
+    `read`.
+    """
+    columns.check_places()
+    names, units_of_columns, coordinates = [], [], []
+    for name, unit_option in zip(columns.names, columns.units, strict=True):
+        column = table.find_column(name, "--column")
+        factor, unit = _factor(table, column, list_units(PATH_UNIT), unit_option, "--unit")
+        names.append(split_unit(table.names[column])[0])
+        units_of_columns.append(unit)
+        coordinates.append(table.read_numbers(column)[0] * factor)
+    has_both = np.isfinite(coordinates).all(axis=0)
+    rows, dropped = np.flatnonzero(has_both), list(table.dropped)
+    if not has_both.all():
+        lines = np.array(table.lines)[~has_both].tolist()
+        dropped.append(DroppedRows.at_lines("rows without both coordinates", lines))
+    if len(rows) < FEWEST_POINTS:
+        raise InputError(
+            f"{table.source}: {len(rows)} points are too few; a path needs {FEWEST_POINTS}"
+        )
+    described = ", ".join(
+        f"{name} in {unit}" for name, unit in zip(names, units_of_columns, strict=True)
+    )
+    note = f"points of a path, to which no angle belongs: {described}; none removed as outliers"
+    used = np.ones(len(rows), dtype=bool)
+    channels = [
+        Channel(name, PATH_UNIT, values[rows], used, 0.0)
+        for name, values in zip(names, coordinates, strict=True)
+    ]
+    reading = DataReading(
+        file=table.source,
+        encoding=table.encoding,
+        layout=table.describe(),
+        angle=note,
+        rows=len(table.rows),
+        used=len(rows),
+        revolutions=None,
+        step_deg=None,
+        speed_rpm=None,
+        dropped=dropped,
+        channels=[],
+    )
+    treatment = (table.describe(), note, *map(describe_dropped, dropped))
+    return Measurement(
+        rows.astype(float), tuple(channels), treatment, reading=reading, is_path=True
     )
 
 

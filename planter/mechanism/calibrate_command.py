@@ -117,8 +117,8 @@ def calibrate(
     fit: Annotated[
         list[str] | None,
         text_option(
-            "fit this input within bounds; also offset_N and phase_deg, or shift_s of a free "
-            "motion (repeatable)",
+            "fit this input within bounds; also offset_N and phase_deg, shift_s of a free motion, "
+            "or frame_deg, frame_x_mm and frame_y_mm of a path (repeatable)",
             "PATH=LOW:HIGH",
         ),
     ] = None,
@@ -159,6 +159,13 @@ def calibrate(
     phase_deg=0:360, any is tried. What moves freely is fitted over the time of the record; shift_s
     is the time of its first row after the start.
 
+    Two columns with the coordinates of a point, without an angle and a time, are a path: distances
+    are those to the nearest points of the computed path. Nothing is fitted without --fit; frame_deg,
+    frame_x_mm and frame_y_mm place the measured frame in that of the machine.
+
+    A path: planter calibrate yu2023 --data path.csv --column x --column y --quantity x_S_mm
+    --quantity y_S_mm --fit frame_deg=-10:10
+
     Your own mechanism: planter calibrate own/slider_crank.toml --data force.csv --column force
     --angle angle --quantity F_Ox_N --fit m_s_kg=1:2
 
@@ -169,11 +176,13 @@ def calibrate(
     with console.outcome():
         from planter.engine.wording import label_place
         from planter.measured.calibration import ValidationMeasurement
+        from planter.measured.path_presentation import present_path
         from planter.measured.presentation import present_explained, present_fit
         from planter.measured.reading import Columns
         from planter.mechanism.calibration import (
             MeasuredSource,
             calibrate_to_data,
+            compare_path_to_data,
             explain_data,
             preview_data,
         )
@@ -219,6 +228,18 @@ def calibrate(
             preview_data(source).show(console, out)
             return
         meanings, label = source.machine.meanings, label_place(source.machine)
+        if source.is_path:
+            refuse_unused(
+                "for the points of a path (no --angle, --time or --trigger)",
+                "--explain",
+                "--check",
+                "--check-rpm",
+            )
+            if not bounds:
+                refuse_unused("without --fit", "--prior", "--seed", "--workers", "--cluster")
+            compared = compare_path_to_data(source, bounds, seed, console.progress, means, priors)
+            present_path(opened.document, compared, meanings).show(console, out)
+            return
         if explain:
             explained = explain_data(source, bounds, seed, console.progress, priors)
             present_explained(opened.document, explained, meanings, label).show(console, out)

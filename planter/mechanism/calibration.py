@@ -21,8 +21,15 @@ from planter.measured.curve import find_measured
 from planter.measured.explanations import ExplanationFits, read_and_explain
 from planter.measured.findings import MeasuredPreview
 from planter.measured.logger_table import read_logger_table
+from planter.measured.path_comparison import PathComparison, compare_path
 from planter.measured.presentation import present_preview
-from planter.measured.reading import Columns, describe_columns, read_curves
+from planter.measured.reading import (
+    PATH_UNIT,
+    Columns,
+    describe_columns,
+    read_curves,
+    read_path,
+)
 from planter.measured.sensor_view import find_sensor_view, list_measured
 from planter.mechanism.extension import find_extension
 from planter.mechanism.model import require_repeating
@@ -64,6 +71,14 @@ class MeasuredSource:
         """The names of what was measured."""
         default = find_extension(self.machine).measured
         return list_measured(self.machine.document, self.quantity, default)
+
+    @property
+    def is_path(self) -> bool:
+        """Whether the columns are coordinates of a point, to which no angle and no time belongs."""
+        machine, columns = self.machine, self.columns
+        if machine.motion is not None or columns.has_positions or len(columns.names) != 2:
+            return False
+        return find_units(machine, columns, self.quantities) == [PATH_UNIT, PATH_UNIT]
 
     def require_measurable(self) -> None:
         """Raise InputError if no quantity or an unknown one is named, ComputationError for one that
@@ -114,6 +129,35 @@ def calibrate_to_data(
     )
 
 
+def compare_path_to_data(
+    source: MeasuredSource,
+    bounds: Bounds,
+    seed: int = 0,
+    progress: Listener | None = None,
+    means: Means = AUTO,
+    priors: Bounds | None = None,
+) -> PathComparison:
+    """Return the distances of measured points from the path of a point of the machine, in the model
+    that is reported first, after a fit of values within `bounds`, if there are any.
+
+    Raises as `calibrate_to_data`.
+    """
+    source.require_measurable()
+    model, build = next(iter(source.builders.items()))
+    return compare_path(
+        build,
+        model,
+        read_path(read_logger_table(source.data), source.columns),
+        bounds,
+        [find_measured(source.machine, quantity).key for quantity in source.quantities],
+        source.machine.document.with_numbers,
+        seed,
+        progress,
+        means,
+        priors,
+    )
+
+
 def explain_data(
     source: MeasuredSource,
     bounds: Bounds,
@@ -149,7 +193,9 @@ def preview_data(source: MeasuredSource) -> ResultPresentation:
         source.require_measurable()
     columns.check_places()
     table, measured = read_logger_table(source.data), None
-    if columns.names or columns.has_positions:
+    if source.is_path:
+        measured = read_path(table, columns)
+    elif columns.names or columns.has_positions:
         units = find_units(machine, columns, source.quantities if columns.names else ())
         measured = read_curves(table, columns, find_speed(machine), units)
     result = MeasuredPreview(

@@ -667,6 +667,7 @@ class Dynamics:
         state: Array | None = None,
         minimum_norm: bool = False,
         stiff: bool = False,
+        steps: list[MotionStep] | None = None,
     ) -> MotionRun:
         """Return the motion at times (n,) [s] that rise, from ``state`` (2k,) [rad, m and per s] at
         the first of them.
@@ -675,7 +676,8 @@ class Dynamics:
         constraints. ``tolerance`` is relative, the absolute one a hundredth of it in SI. The
         integrator is DOP853, or the implicit Radau IIA if springs and dampers are ``stiff``. With
         ``minimum_norm``, results have statically indeterminate reactions by least squares, else
-        they lack them. Raises ComputationError if the integrator fails, if the motion would need
+        they lack them. ``steps`` are those of `integrate`. Raises ComputationError if the
+        integrator fails, if the motion would need
         more than MOST_EVALUATIONS, or if the joints do not allow the motion.
         """
         times = np.asarray(times, dtype=float)
@@ -684,7 +686,7 @@ class Dynamics:
             self.accelerations(
                 times[0], at
             )  # refuses what neither inertia nor a constraint resists
-            states, passages = self.integrate(times, tolerance, at, stiff)
+            states, passages = self.integrate(times, tolerance, at, stiff, steps)
             with name_step(f"{self.file.name}: results at {len(times)} times"):
                 return self._results(
                     times, states, minimum_norm, self._find_share(times[0], at), passages

@@ -53,15 +53,12 @@ def takes(source: str) -> bool:
         return False
 
 
-def find_free_motion(source: str, changes: Mapping[str, float]) -> MechanismFile | None:
-    """Return the file of a mechanism that moves freely; None for any other machine.
+def find_mechanism(source: str, changes: Mapping[str, float]) -> MechanismFile | None:
+    """Return the file of a mechanism, driven or free; None for any other machine.
 
     Raises InputError as the file does.
     """
-    if not takes(source):
-        return None
-    mechanism = file.load(source, changes)
-    return None if mechanism.is_driven else mechanism
+    return file.load(source, changes) if takes(source) else None
 
 
 def load(source: str, changes: Mapping[str, float]) -> Machine:

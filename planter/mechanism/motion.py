@@ -15,7 +15,12 @@ import scipy
 from planter.errors import ComputationError, InputError
 from planter.files import units
 from planter.kernels import Array
-from planter.mechanism.dynamics import Dynamics, describe_contradictions, find_independent_rows
+from planter.mechanism.dynamics import (
+    Dynamics,
+    MotionStep,
+    describe_contradictions,
+    find_independent_rows,
+)
 from planter.mechanism.file import MechanismFile
 from planter.mechanism.results import (
     ChangedStart,
@@ -51,17 +56,17 @@ def compute_motion(
     rest: bool = False,
     minimum_norm: bool = False,
     stiff: bool = False,
+    steps: list[MotionStep] | None = None,
 ) -> MechanismMotion:
     """Return the motion from the start to a time [s] in equal steps; with `rest` also an
     equilibrium with eigenvalues.
 
     `stiff` takes an implicit integrator. `minimum_norm` reports statically indeterminate reactions
-    by least squares; results lack them otherwise. Raises ComputationError as `Dynamics` does.
+    by least squares; results lack them otherwise. `steps` take those of the integrator, if there
+    are any to be taken. Raises ComputationError as `Dynamics` does.
     """
     times = np.linspace(0.0, until, points)
-    run = dynamics.run(
-        times, tolerance, dynamics.find_start(), minimum_norm=minimum_norm, stiff=stiff
-    )
+    run = dynamics.run(times, tolerance, dynamics.find_start(), minimum_norm, stiff, steps)
     vectors = dynamics.formulas.sidecar["vectors"]
     values = dict(zip(dynamics.names, run.states, strict=True)) | run.results
     entries = [
@@ -93,7 +98,11 @@ def compute_motion(
         dependent_constraints=dynamics.dependent(run.states[:, 0]),
         undetermined_actions=list(run.undetermined),
         changed_start=list_start_changes(dynamics),
-        events=[MotionEvent(passage.event, passage.time, passage.rising) for passage in run.events],
+        events=[
+            MotionEvent(passage.event, passage.time, passage.rising)
+            for passage in run.events
+            if passage.event in dynamics.event_names
+        ],
         **(_describe_equilibrium(dynamics) if rest else {}),
     )
     meanings = {keys[entry["name"]]: entry["meaning"] for entry in entries}

@@ -15,7 +15,8 @@ chapter 7).
 from __future__ import annotations
 
 import copy
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -67,6 +68,14 @@ class Motions:
         self.inputs = [names.index(variable.name) for variable in self.model.inputs]
         self.parameters = [names.index(variable.name) for variable in self.model.parameters]
         self._motions: dict[bytes, SensitiveMotion] = {}
+        self._recorded: dict[bytes, Sequence[MotionStep]] = {}
+
+    def record(self, d: Array, steps: Sequence[MotionStep]) -> None:
+        """Use an integration at values d (v,) for motions up to its end, instead of another one.
+
+        Its steps are those of `Dynamics.integrate` with explicit steps, to `TOLERANCE`.
+        """
+        self._recorded[d.tobytes()] = steps
 
     def over(self, span: float) -> Motions:
         """Return the motions to another time [s], which share the functions of these."""
@@ -80,8 +89,19 @@ class Motions:
         if key not in self._motions:
             if len(self._motions) >= MOST_MOTIONS:
                 del self._motions[next(iter(self._motions))]
-            self._motions[key] = SensitiveMotion(self, d, moved)
+            self._motions[key] = SensitiveMotion(self, d, moved, self._find_steps(d))
         return self._motions[key]
+
+    def _find_steps(self, d: Array) -> list[MotionStep]:
+        """Return the recorded steps at values d (v,) up to the end of the span; none if they do not
+        reach it.
+        """
+        recorded = self._recorded.get(d.tobytes(), ())
+        if not recorded or recorded[-1].end < self.span:
+            return []
+        *steps, last = (step for step in recorded if step.start < self.span)
+        crossed = [passage for passage in last.crossed if passage.time <= self.span]
+        return [*steps, replace(last, end=min(last.end, self.span), crossed=crossed)]
 
     def split(self, d: Any) -> tuple[Any, Any]:
         """Return the inputs u and the parameters p of values d (v,)."""
@@ -174,20 +194,27 @@ class Motions:
 
 class SensitiveMotion:
     """A motion at values d (v,): states (2k,) and their derivatives (2k, p) in moved values, at
-    times (n,) [s].
+    times (n,) [s]; integrated unless its steps are recorded.
 
     Raises ComputationError as `Dynamics.integrate`, and where the model of the derivatives is not
     that of the motion.
     """
 
-    def __init__(self, motions: Motions, d: Array, moved: tuple[int, ...]) -> None:
+    def __init__(
+        self,
+        motions: Motions,
+        d: Array,
+        moved: tuple[int, ...],
+        recorded: Sequence[MotionStep] = (),
+    ) -> None:
         self.motions, self.d, self.moved = motions, d, list(moved)
         self.dynamics = motions.dynamics.with_data(d)
-        self.steps: list[MotionStep] = []
-        with threadpool_limits(1, "blas"):
-            start = self.dynamics.find_start()
-            times = np.array([0.0, motions.span])
-            self.dynamics.integrate(times, TOLERANCE, start, steps=self.steps)
+        self.steps = list(recorded)
+        if not recorded:
+            with threadpool_limits(1, "blas"):
+                start = self.dynamics.find_start()
+                times = np.array([0.0, motions.span])
+                self.dynamics.integrate(times, TOLERANCE, start, steps=self.steps)
         self.starts = np.array([step.start for step in self.steps])
         self.lengths = np.array([step.end - step.start for step in self.steps])
         changes = [bool(step.crossed) for step in self.steps]

@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from planter.engine.machine import Machine
+    from planter.mechanism.dynamics import MotionStep
     from planter.mechanism.ensemble import EnsembleSpec
     from planter.mechanism.file import MechanismFile
     from planter.task import Means
@@ -79,6 +80,29 @@ def open_machine(
     choices = {} if model is ModelName.exact else {"model": model.value}
     load = load_machine if may_move else load_driven_machine
     return load(source, parse_changes(set_), speed_rpm, **choices)
+
+
+def open_source(
+    source: str,
+    set_: Sequence[str] | None,
+    speed_rpm: float | None,
+    model: ModelName = ModelName.exact,
+) -> Machine | MechanismFile:
+    """Return the file of a mechanism that moves freely, or else the machine as `open_machine`; a
+    file is read once.
+    """
+    from planter.engine.machine import refuse_choice
+    from planter.mechanism.machines import build_machine, find_mechanism
+
+    mechanism = find_mechanism(source, parse_changes(set_))
+    if mechanism is None:
+        return open_machine(source, set_, speed_rpm, model)
+    if not mechanism.is_driven:
+        return mechanism
+    if model is not ModelName.exact:
+        refuse_choice(source, "model", model.value)
+    machine = build_machine(mechanism)
+    return machine if speed_rpm is None else machine.with_speed(speed_rpm)
 
 
 HELP = """Compute forces and motion of a machine over a cycle.
@@ -316,29 +340,29 @@ def simulate(
             opened = open_machine(machine, set_, speed_rpm)
             _show_drive(console, opened, curve, turns, start_rpm, samples, out)
             return
-        from planter.mechanism.machines import find_free_motion
+        from planter.engine.machine import Machine
 
-        if (mechanism := find_free_motion(machine, parse_changes(set_))) is not None:
-            refuse_unused(f"since {mechanism.name} moves freely", *CYCLE_OPTIONS, "--speed-rpm")
+        subject = open_source(machine, set_, speed_rpm, model)
+        if not isinstance(subject, Machine):
+            refuse_unused(f"since {subject.name} moves freely", *CYCLE_OPTIONS, "--speed-rpm")
             if until is None:
-                raise InputError(f"{mechanism.name} moves freely: --until S says how long")
+                raise InputError(f"{subject.name} moves freely: --until S says how long")
             run = MotionOptions(until, points, tolerance, stiff)
             if ensemble is None:
                 single = {"rest": rest, "minimum_norm": least_squares}
-                _show_motion(console, mechanism, run, input_, single, out)
+                _show_motion(console, subject, run, input_, single, out)
                 return
             from planter.mechanism.ensemble import EnsembleSpec
             from planter.task import Means
 
             spec = EnsembleSpec(ensemble, perturbation, since, period, seed)
-            _show_ensemble(console, mechanism, run, spec, Means(workers, cluster), out)
+            _show_ensemble(console, subject, run, spec, Means(workers, cluster), out)
             return
-        opened = open_machine(machine, set_, speed_rpm, model)
         refuse_unused("since an angle drives the machine", *FREE_OPTIONS)
         from planter.mechanism.cycle import simulate_machine
         from planter.mechanism.presentation import present_cycle
 
-        cycle = simulate_machine(opened, samples, at or (), module_mm if lift else None)
+        cycle = simulate_machine(subject, samples, at or (), module_mm if lift else None)
         present_cycle(cycle).show(console, out)
 
 
@@ -358,16 +382,16 @@ def _show_check(
     console: Console, source: str, set_: Sequence[str] | None, speed_rpm: float | None
 ) -> None:
     """Print what is wrong or unusual in a machine's file."""
+    from planter.engine.machine import Machine
     from planter.mechanism.cycle import validate_machine
-    from planter.mechanism.machines import find_free_motion
     from planter.mechanism.motion import validate_free_motion
     from planter.mechanism.presentation import present_validation
 
-    if (mechanism := find_free_motion(source, parse_changes(set_))) is not None:
-        presentation = present_validation(validate_free_motion(mechanism), source)
-    else:
-        opened = open_machine(source, set_, speed_rpm)
+    opened = open_source(source, set_, speed_rpm)
+    if isinstance(opened, Machine):
         presentation = present_validation(validate_machine(opened), source, opened)
+    else:
+        presentation = present_validation(validate_free_motion(opened), source)
     presentation.show(console)
 
 
@@ -411,6 +435,7 @@ def _show_motion(
     out: Path | None,
 ) -> None:
     """Integrate a free motion, print it, and write it into a folder if one is named."""
+    from planter.mechanism import motion_response
     from planter.mechanism.dynamics import Dynamics
     from planter.mechanism.input_history import read_history
     from planter.mechanism.machines import build_free_machine
@@ -419,16 +444,23 @@ def _show_motion(
     from planter.mechanism.presentation import present_motion
 
     history = None if input_ is None else read_history(input_, file)
+    steps: list[MotionStep] | None = None
+    if file.measure_limits and history is None and not options.stiff:
+        steps = []  # one integration for motion and limits, as exact as the latter need it
     motion = compute_motion(
         Dynamics(file, history),
         options.until,
         options.points,
-        options.tolerance,
+        options.tolerance if steps is None else min(options.tolerance, motion_response.TOLERANCE),
         stiff=options.stiff,
+        steps=steps,
         **single,
     )
     if file.measure_limits and history is None:
-        motion = judge_motion(motion, build_free_machine(file))
+        machine = build_free_machine(file)
+        if machine.motion is not None and steps is not None:
+            machine.motion.motions.record(file.data(), steps)
+        motion = judge_motion(motion, machine)
     elif file.measure_limits:
         console.say("limits are not judged: those of the file are on its motion without --input")
     if single["minimum_norm"] and not motion.result.undetermined_actions:

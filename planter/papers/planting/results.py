@@ -13,6 +13,7 @@ from planter.measured.findings import (
     ExplanationFound,
     MeasuredFound,
     MeasuredPreview,
+    PathFound,
 )
 from planter.mechanism.results import (
     EnsembleResult,
@@ -366,7 +367,7 @@ class ComparisonFound(Record):
 COMMANDS = {
     "simulate": PlantingCycleResult | MechanismCycleResult | MotionResult | EnsembleResult,
     "simulate check": PlantingValidation | MachineValidation,
-    "calibrate": CalibrationFound | MeasuredFound | MeasuredPreview | ExplanationFound,
+    "calibrate": CalibrationFound | MeasuredFound | MeasuredPreview | ExplanationFound | PathFound,
     "optimise all-pairs": ComparisonFound,
     "optimise": OptimisationFound,
 }

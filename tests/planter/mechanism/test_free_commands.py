@@ -7,6 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from planter.mechanism import file
+from planter.mechanism.dynamics import Dynamics
 from tests.planter.mechanism.test_motion_measures import OSCILLATOR, oscillate
 from tests.support import own
 from tests.support.cli import answer, refusal
@@ -80,3 +82,42 @@ def test_a_comparison_without_its_time_is_refused(tmp_path: Path) -> None:
     assert "--until" in refusal("diff", "wang2017", "compact", "--until", "1")
     driven = str(own.generated("slider_crank") / "slider_crank.toml")
     assert "angle" in refusal("diff", source, driven, "--until", "1")
+
+
+@pytest.mark.parametrize(("until", "integrations"), [(2.0, 1), (0.1, 2)])
+def test_limits_are_judged_on_the_motion_that_is_shown(
+    tmp_path: Path, until: float, integrations: int
+) -> None:
+    """One integration serves both, unless limits are on later times than are shown."""
+    source = write_file(tmp_path, "own.toml", "min x over 0..1 s >= -80 mm")
+    with pytest.MonkeyPatch.context() as patch:
+        calls = count_calls(patch, Dynamics, "integrate")
+        result = answer("simulate", source, "--until", str(until))
+    omega = np.sqrt(40 / 0.5 - 0.8**2)
+    lowest = 100 * np.exp(-0.8 * np.pi / omega)
+    assert result["holds"][0]["value"] == pytest.approx(-lowest, rel=1e-8)
+    assert len(calls) == integrations
+
+
+@pytest.mark.parametrize("command", ["simulate", "simulate --check"])
+@pytest.mark.parametrize("name", ["pendulum", "crank_rocker"])
+def test_file_of_a_mechanism_is_read_once(command: str, name: str) -> None:
+    path = str(own.generated(name) / f"{name}.toml")
+    until = ("--until", "0.1") if (name, command) == ("pendulum", "simulate") else ()
+    with pytest.MonkeyPatch.context() as patch:
+        calls = count_calls(patch, file, "load")
+        answer(command, path, *until)
+    assert len(calls) == 1
+
+
+def count_calls(patch: pytest.MonkeyPatch, owner: object, name: str) -> list[object]:
+    """Return a list that grows by an entry with each call of a function."""
+    calls: list[object] = []
+    function = getattr(owner, name)
+
+    def count(*arguments: object, **named: object) -> object:
+        calls.append(None)
+        return function(*arguments, **named)
+
+    patch.setattr(owner, name, count)
+    return calls
