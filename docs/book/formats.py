@@ -10,9 +10,9 @@ from planter.cli import dictionary
 HEAD = """\
 # File formats
 
-Text is UTF-8. Names of numbers end in their unit. A CSV has one header; columns are separated by commas, with points for
-decimals, or by semicolons or tabs, where decimals may have commas too. Lines that begin with `#` say what the file is and
-which versions wrote it. Numbers that commands write read back to the same bits.
+Text is UTF-8. Names of numbers end in their unit. A CSV has one header; columns are separated by commas, with points
+for decimals, or by semicolons or tabs, where decimals may have commas too. Lines that begin with `#` say what the file
+is and which versions wrote it. Numbers that commands write read back to the same bits.
 
 ## What is handed in
 
