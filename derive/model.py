@@ -435,7 +435,7 @@ def _refuse_missing(place: str, missing: frozenset[sp.Symbol]) -> None:
         raise ValueError(f"{place} {', '.join(sorted(map(str, missing)))}, which nothing gives")
 
 
-MESHES, PLACES = "meshes", "places"
+ELEMENTS, MESHES, PLACES = "elements", "meshes", "places"
 """The functions of all meshes of a statement, and of where the points of its bodies are."""
 Packed = Vector | Quantity
 

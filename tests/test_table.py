@@ -35,8 +35,9 @@ from planter.kernels import Array
 from planter.mechanism import file as mechanism_file
 from planter.mechanism import labelled
 from planter.mechanism.dynamics import Dynamics
+from planter.report.scene import Scene
 from planter.report.sheet import Length
-from planter.report.subject import Movable, open_machine
+from planter.report.subject import Movable, Shown, open_machine
 from tests.planter.exports.exported import Library
 from tests.support import own
 from tests.support.cli import answer, run
@@ -587,15 +588,11 @@ def check_animate(column: Column, folder: Path) -> None:
 def check_studio(column: Column, folder: Path) -> None:
     """A hand on a value moves the drawing, which lasts as long as a turn of the drive."""
     subject, machine = open_machine(column.source), column.machine()
-    values = {control.path: control.value for control in subject.controls}
     path = (
         subject.controls[0].path if column.name == "shi2021" else column.value
     )  # a force moves nothing
     share = column.ends[1] / column.number
-    scene, moved = (
-        subject.scenes(values | {path: values[path] * factor}, subject.models[0])[0]
-        for factor in (1.0, share)
-    )
+    scene = check_drawing_moves(subject, path, share)
     if column.name not in (
         "sun2019-corrected",
         "shi2021",
@@ -603,11 +600,21 @@ def check_studio(column: Column, folder: Path) -> None:
         assert scene.seconds == pytest.approx(
             2 * np.pi / abs(machine.data[machine.speed]), rel=1e-9
         )
+
+
+def check_drawing_moves(subject: Shown, path: str, share: float) -> Scene:
+    """Return the scene of a machine, after a look at that with a value times a share."""
+    values = {control.path: control.value for control in subject.controls}
+    scene, moved = (
+        subject.scenes(values | {path: values[path] * factor}, subject.models[0])[0]
+        for factor in (1.0, share)
+    )
     pairs = [
         *zip(scene.curves, moved.curves, strict=True),
         *zip(scene.points, moved.points, strict=True),
     ]
     assert any(repr(before) != repr(after) for before, after in pairs)
+    return scene
 
 
 @row("studio")
@@ -799,12 +806,25 @@ def check_free_difference(column: FreeColumn, folder: Path) -> None:
     close(entry["values"][0], column.places(np.linspace(0, column.time, 2001)).max(), 1e-4)
 
 
+@free_cell
+def check_free_animate(column: FreeColumn, folder: Path) -> None:
+    check_animate(column, folder)
+
+
+@free_cell
+def check_free_studio(column: FreeColumn, folder: Path) -> None:
+    """A hand on a value moves the drawing, which lasts as long as the motion."""
+    subject = open_machine(column.source, {"motion.until_s": column.time})
+    scene = check_drawing_moves(subject, column.value, column.ends[1] / column.number)
+    assert scene.seconds == column.time
+
+
 FREE_REFUSED = {
     "drive": ("a motor turns a drive", "--stall-Nm 6 --idle-rpm 42 --flywheel-kgm2 1"),
     "cam": ("no drive turns a cam", "--roller-mm 6"),
     "gears": ("teeth of a free motion are stated as forces or rows", "--module 1"),
     "compare": ("families of gears drive a device", "--starts 1"),
-    "studio": ("its page and its session show the cycle of a drive", "--static {folder}/page.html"),
+    "studio": ("a page without a server has no integrator", "--static {folder}/page.html"),
 }
 """Why what moves freely has no such cell, by command, and words with which the command says so."""
 

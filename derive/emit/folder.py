@@ -104,9 +104,8 @@ def _text(system: System) -> str:
             "[bounds]",
             *(f"{_key(q)} = [{pair[0]}, {pair[1]}]" for q, pair in bounds.items() if pair),
         ]
-    return "\n".join(
-        (*lines, "", "[turn]", "samples = 360", "", "[origin]", 'default = "assumed"', "")
-    )
+    span = ("[turn]", "samples = 360") if system.lane else ("[motion]", "until_s = 2")
+    return "\n".join((*lines, "", *span, "", "[origin]", 'default = "assumed"', ""))
 
 
 def _value(quantity: Quantity, system: System) -> str:

@@ -13,6 +13,7 @@ from sympy import Expr, S
 from ..chain import STATES, BlockError, Chain, ChainError, ordered
 from ..equations import Definition, Equation, derived_equation
 from ..model import (
+    ELEMENTS,
     MESHES,
     PLACES,
     ClosedForm,
@@ -97,7 +98,7 @@ def _law(name: str, unit: str, meaning: str, vanishes: Expr) -> Let:
     return let(quantity(f"{LAW}{name}", unit, f"{meaning}{VANISHES}"), vanishes)
 
 
-FOLLOWERS, ELEMENTS = "followers", "elements"
+FOLLOWERS = "followers"
 
 
 @dataclass(frozen=True)

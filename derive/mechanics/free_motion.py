@@ -24,6 +24,7 @@ from ..equations import Balance, Equation, Kind
 from ..functions import directional_derivative, partial_derivative
 from ..model import (
     COMMON,
+    ELEMENTS,
     PLACES,
     ClosedForm,
     Let,
@@ -258,7 +259,16 @@ class Free:
                 stated, lambda point: self.steps.arm(stated.O, point, stated.world)
             )
         ]
-        return (self._form(PLACES, self.inputs, places, self.steps, PLACES),) if places else ()
+        elements = [
+            replace(step, source="derived: drawing")
+            for name, element in stated.elements.items()
+            for step in element.list_components(name, stated.axes)
+        ]
+        return tuple(
+            self._form(name, self.inputs, steps, self.steps, name)
+            for name, steps in ((PLACES, places), (ELEMENTS, elements))
+            if steps
+        )
 
     def solved(self) -> tuple[Expr, ...]:
         """Accelerations of the coordinates, if nothing holds them."""

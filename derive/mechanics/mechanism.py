@@ -479,6 +479,7 @@ class Mechanism(Joints):
         (height,)
         """
         self.refuse_shared_names()
+        elements = {word(name): e.describe() for name, e in self.elements.items()}
         if self.angle is not None and self.speed is not None:
             lane, functions, loads = derive_driven_motion(
                 self, self.angle, self.speed, self.acceleration, reported
@@ -498,7 +499,7 @@ class Mechanism(Joints):
                 },
                 supports=self.name_supports(lane.outputs.quantities),
                 loads=tuple(load.describe() for load in loads),
-                elements={word(name): e.describe() for name, e in self.elements.items()},
+                elements=elements,
             )
         functions, added_inertia = derive_free_motion(self, TIME, reported)
         return System(
@@ -514,4 +515,5 @@ class Mechanism(Joints):
             open_inputs=self.inputs,
             held_entries=None if self.held_entries is None else tuple(self.held_entries),
             added_inertia=added_inertia,
+            elements=elements,
         )

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from string import ascii_uppercase
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -38,6 +38,7 @@ from planter.files.document import Document
 from planter.files.examples import find_kind
 from planter.kernels import Array
 from planter.mechanism.cycle import simulate_machine
+from planter.mechanism.file import MechanismFile
 from planter.mechanism.model import MechanismCycle
 from planter.mechanism.optimisation import evaluate_limits
 from planter.report.subject import RequirementCheck, open_machine
@@ -85,9 +86,8 @@ class ComparedDesign:
         machine = load_machine(source, options.changes, options.speed_rpm, **choices)
         self.kind = "" if package is None else plugins.name_package(package)
         if machine.motion is not None:
-            if options.until is None:
-                raise InputError(f"{source} moves freely: --until S says how long")
-            machine = machine.with_span(options.until)
+            document = cast(MechanismFile, machine.document)
+            machine = machine.with_span(options.until or document.until)
             self.kind += " that moves freely"
         elif options.until is not None:
             raise InputError(f"--until does not apply to {source}: an angle drives it")

@@ -61,7 +61,7 @@ TEMPLATES = {
         "a Watt six-bar: the rocker of a four-bar drives another", "watt_six_bar"
     ),
     "pendulum": _describe_statement(
-        "a free pendulum with a damper, which nothing drives", "pendulum", options=" --until 5"
+        "a free pendulum with a damper, which nothing drives", "pendulum"
     ),
     "arm": _describe_statement("a four-bar that moves a transplanting arm", "transplanting_arm"),
     "pick-up": Template(

@@ -4,10 +4,9 @@ computes it in a page.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import casadi as ca
@@ -32,7 +31,7 @@ from planter.mechanism.elements import (
     measure_elements,
 )
 from planter.mechanism.file import MechanismFile
-from planter.mechanism.machines import build_machine
+from planter.mechanism.machines import build_machine, list_quantities
 from planter.report import labels, style
 from planter.report.scene import Body, Chain, Curve, Force, Point, Scene
 from planter.report.subject import Input, Portable
@@ -44,6 +43,7 @@ if TYPE_CHECKING:
     from planter.engine.drive import Drive
     from planter.mechanism.ensemble import MechanismEnsemble
     from planter.mechanism.model import MechanismCycle
+    from planter.mechanism.motion import MechanismMotion
 
 UNIT_WORDS = {
     "N": "force",
@@ -90,6 +90,11 @@ class PlotAxis:
         column = f"{cycle.machine.angle}_deg"
         label = f"{name_angle(cycle.machine)} / deg"
         return cls(cycle.angles_deg, label, True, cycle.ends, cycle.repeats, end, column)
+
+    @classmethod
+    def from_motion(cls, motion: MechanismMotion) -> PlotAxis:
+        """Return the time of a free motion as an abscissa."""
+        return cls(motion.times, "time / s", is_angle=False, column="time_s")
 
 
 def draw_curves(columns: Mapping[str, Array], axis: PlotAxis) -> Iterator[tuple[str, Figure]]:
@@ -254,14 +259,13 @@ spatial mechanism.
 """
 
 
-def select_curves(keys: Iterable[str], machine: Machine | None = None) -> list[str]:
+def select_curves(keys: Iterable[str], motors: Collection[str] = ()) -> list[str]:
     """Return the keys of quantities that a scene has."""
-    return sort_curves(keys, machine)[:MOST_SCENE_CURVES]
+    return sort_curves(keys, motors)[:MOST_SCENE_CURVES]
 
 
-def sort_curves(keys: Iterable[str], machine: Machine | None = None) -> list[str]:
-    """Return keys of quantities in order: motors of the machine, then that of `FIRST_UNITS`."""
-    motors = [] if machine is None else [machine.find_quantity(name).key for name in machine.motors]
+def sort_curves(keys: Iterable[str], motors: Collection[str] = ()) -> list[str]:
+    """Return keys of quantities in order: those of motors, then that of `FIRST_UNITS`."""
     order = {unit: index for index, unit in enumerate(FIRST_UNITS)}
     return sorted(
         keys,
@@ -269,33 +273,63 @@ def sort_curves(keys: Iterable[str], machine: Machine | None = None) -> list[str
     )
 
 
+def find_motors(machine: Machine) -> list[str]:
+    """Return the keys of the torques and forces of a machine's motors."""
+    return [machine.find_quantity(name).key for name in machine.motors]
+
+
+def build_cycle_scene(title: str, cycle: MechanismCycle) -> Scene:
+    """Return the moving scene of a cycle."""
+    axis, machine = PlotAxis.from_cycle(cycle), cycle.machine
+    scene = DrawnMotion(axis, cycle.seconds, cycle.columns, cycle.places, cycle.shapes)
+    file = machine.document if isinstance(machine.document, MechanismFile) else None
+    return build_scene(title, scene, file, machine.results, find_motors(machine))
+
+
+def build_motion_scene(title: str, motion: MechanismMotion, file: MechanismFile) -> Scene:
+    """Return the moving scene of a free motion of a file's mechanism."""
+    axis = PlotAxis.from_motion(motion)
+    scene = DrawnMotion(axis, motion.result.until_s, motion.columns, motion.places, motion.shapes)
+    return build_scene(title, scene, file, list_quantities(file.model))
+
+
+@dataclass(frozen=True)
+class DrawnMotion:
+    """What a scene is drawn from over an axis: its duration [s], curves (n,) by key in display
+    units, and by name coordinates of points (n,) [m] and the `shapes` (n,) [SI] of elements.
+    """
+
+    axis: PlotAxis
+    seconds: float
+    columns: Mapping[str, Array]
+    places: Mapping[str, Array]
+    shapes: Mapping[str, Array] = field(default_factory=dict)
+
+
 def build_scene(
     title: str,
-    axis: PlotAxis,
-    seconds: float,
-    columns: Mapping[str, Array],
-    places: Mapping[str, Array],
-    machine: Machine | None = None,
-    shapes: Mapping[str, Array] = MappingProxyType({}),
+    motion: DrawnMotion,
+    file: MechanismFile | None = None,
+    quantities: Sequence[Quantity] = (),
+    motors: Collection[str] = (),
 ) -> Scene:
-    """Return a moving scene with curves (n,) by key in display units; `places` (n,) [m] are
-    coordinates of points.
+    """Return a moving scene.
 
-    The `machine` gives the curves their names, and forces at points of the drawing their arrows;
-    `shapes` (n,) [SI] are what its springs, guides and gears are drawn from.
+    The `file` of a mechanism names its elements; `quantities` give the curves their names, and
+    forces at points of the drawing their arrows. Curves of `motors` come first.
     """
-    quantities = [] if machine is None else machine.results
+    axis, columns = motion.axis, motion.columns
     named = {quantity.key: name_quantity(quantity) for quantity in quantities}
     frames = select_frames(len(axis.values))
     points: list[Point] = []
     numbers: dict[tuple[str, bytes], int] = {}
     chains: list[Chain] = []
-    bodies = _project_bodies(places)
+    bodies = _project_bodies(motion.places)
     extent = 1e3 * float(
         max(np.ptp([at for corners in bodies.values() for at in corners.values()], axis=(0, 2)))
     )
-    kinds, meshes = list_elements(machine)
-    at_frames = {name: values[frames] for name, values in shapes.items()}
+    kinds, meshes = list_elements(file)
+    at_frames = {name: values[frames] for name, values in motion.shapes.items()}
     measures = evaluate_measures(kinds, meshes, at_frames, extent)
     mark = float(measures["ground mark"][0])
     drawn = list(draw_elements(kinds, meshes, measures))
@@ -313,7 +347,7 @@ def build_scene(
         place=place,
         unit=unit,
         places=axis.values[frames],
-        seconds=seconds,
+        seconds=motion.seconds,
         bodies=[
             *mark_ground(bodies.get(GROUND, {}), mark),
             *drawn,
@@ -332,16 +366,16 @@ def build_scene(
                 units.display_unit(key),
                 columns[key][frames],
             )
-            for key in select_curves(columns, machine)
+            for key in select_curves(columns, motors)
         ],
     )
 
 
-def list_elements(machine: Machine | None) -> tuple[Kinds, Meshes]:
+def list_elements(file: MechanismFile | None) -> tuple[Kinds, Meshes]:
     """Return kinds and bodies of what is drawn between bodies, and the gears that mesh."""
-    if machine is None or not isinstance(machine.document, MechanismFile):
+    if file is None:
         return {}, {}
-    sidecar = machine.document.model.sidecar
+    sidecar = file.model.sidecar
     return sidecar.get("drawn", {}), sidecar.get("meshes", {})
 
 
@@ -462,7 +496,7 @@ class MechanismCycleProgram:
     """
 
     def __init__(self, file: MechanismFile) -> None:
-        self.machine, self.formulas = build_machine(file), file.model
+        self.file, self.machine, self.formulas = file, build_machine(file), file.model
         self.samples = self.machine.samples
         self.angles = 2 * np.pi * np.arange(self.samples) / self.samples
         self.has_loops = self.machine.loops is not None
@@ -584,7 +618,8 @@ class MechanismCycleProgram:
     @cached_property
     def _columns(self) -> Sequence[ca.MX]:
         """What a scene draws along the angle, at its frames."""
-        keys = ["angle", *select_curves(self._keys, self.machine), *self._points]
+        motors = find_motors(self.machine)
+        keys = ["angle", *select_curves(self._keys, motors), *self._points]
         measures = (graph for graph in self._measures.values() if graph.numel() > 1)
         return [*(self._at_frames(key) for key in keys), *measures]
 
@@ -593,7 +628,7 @@ class MechanismCycleProgram:
         """What elements are drawn from."""
         extent = ca.fmax(*(self._find_range(axis) for axis in "xy"))
         shapes = {key.removeprefix("shape "): self._at_frames(key) for key in self._shapes}
-        return measure_elements(*list_elements(self.machine), shapes, extent)
+        return measure_elements(*list_elements(self.file), shapes, extent)
 
     def _at_frames(self, key: str) -> ca.MX:
         frames = select_frames(self.samples).tolist()

@@ -21,7 +21,7 @@ from planter.engine.sections import (
 from planter.errors import InputError
 from planter.files import units
 from planter.files.document import Document, Origins
-from planter.files.fields import FileSection, Line, Pair, Real, Whole
+from planter.files.fields import FileSection, Line, Pair, Positive, Real, Whole
 from planter.kernels import Array
 from planter.kernels.formulas import Formulas
 from planter.kernels.formulas import load as formulas
@@ -37,6 +37,13 @@ class CycleSettings(FileSection):
 
     samples: Annotated[Whole, Field(ge=4, le=100_000)] = 360
     """number of angles of a cycle that are reported"""
+
+
+class MotionSettings(FileSection):
+    """How long a mechanism that moves freely is followed."""
+
+    until_s: Annotated[Positive, Field(le=1e6)]
+    """end of the motion [s]"""
 
 
 class ObjectiveSection(FileSection):
@@ -66,6 +73,7 @@ class MechanismFile(Document):
     bounds: Annotated[dict[str, Pair], Field(default_factory=dict)]
     """lower and upper end, within which searches move a value"""
     turn: Annotated[CycleSettings, Field(default_factory=CycleSettings)]
+    motion: MotionSettings | None = None
     objective: ObjectiveSection | None = None
     requirements: LimitsSection | None = None
     genetic_algorithm: GeneticAlgorithm | None = None
@@ -121,6 +129,16 @@ class MechanismFile(Document):
     def is_driven(self) -> bool:
         """Whether an angle drives the mechanism; else it moves freely."""
         return "speed" in self.model.sidecar
+
+    @property
+    def until(self) -> float:
+        """The end [s] of a free motion. Raises InputError if the file does not say it."""
+        if self.motion is None:
+            raise InputError(
+                f"{self.source}: {self.name} moves freely: until_s in [motion] must say how long "
+                f"(or --until, where a command has it)"
+            )
+        return self.motion.until_s
 
     @property
     def place(self) -> Path:

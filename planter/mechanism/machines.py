@@ -84,7 +84,7 @@ def describe(source: str, changes: Mapping[str, float]) -> Description:
             if value.key in mechanism.bounds
         },
         origins=mechanism.number_origins(),
-        quantities=_quantities(formulas),
+        quantities=list_quantities(formulas),
         functions=tuple(
             FunctionSignature(
                 name,
@@ -112,7 +112,7 @@ def build_machine(mechanism: MechanismFile) -> Machine:
     machine = Machine(
         **_describe_design(mechanism),
         build=build_machine,
-        quantities=_quantities(formulas),
+        quantities=list_quantities(formulas),
         prologue=stages.prologue,
         lane=stages.lane,
         speed=names.index(sidecar["speed"]),
@@ -124,7 +124,7 @@ def build_machine(mechanism: MechanismFile) -> Machine:
         acceleration=names.index(sidecar["acceleration"]) if "acceleration" in sidecar else None,
         losses=tuple(
             q.name
-            for q in _quantities(formulas)
+            for q in list_quantities(formulas)
             if q.role == "result" and q.meaning.startswith(LOSS)
         ),
         stages=stages.further,
@@ -175,7 +175,7 @@ def build_free_machine(
 
     motions = motion_response.Motions(mechanism, span) if motions is None else motions.over(span)
     model, turn = motions.model, 2 * np.pi
-    entries = {q.name: q for q in _quantities(mechanism.model)}
+    entries = {q.name: q for q in list_quantities(mechanism.model)}
     determined = {v.name: row for row, v in enumerate(model.outputs) if v.name in entries}
     names = [*motions.dynamics.names, *determined]
     phi, d, h = ca.SX.sym("phi"), ca.SX.sym("d", len(motions.dynamics.data)), ca.SX.sym("h", 0)
@@ -274,7 +274,8 @@ def _values(formulas: Formulas) -> tuple[Value, ...]:
     )
 
 
-def _quantities(formulas: Formulas) -> tuple[Quantity, ...]:
+def list_quantities(formulas: Formulas) -> tuple[Quantity, ...]:
+    """Return the quantities of a mechanism's states and outputs."""
     return _list_quantities(formulas, ("start_state", "outputs"))
 
 
@@ -304,7 +305,7 @@ def _vectors(formulas: Formulas) -> tuple[Vector, ...]:
     """Return the results that end in x, y and perhaps z, as one vector each: those of one unit and
     one frame.
     """
-    results = {q.name: q for q in _quantities(formulas) if q.role == "result"}
+    results = {q.name: q for q in list_quantities(formulas) if q.role == "result"}
     parts = {}
     for name, first in results.items():
         stem = name.removesuffix("x")
@@ -319,7 +320,7 @@ def _vectors(formulas: Formulas) -> tuple[Vector, ...]:
 @cache
 def _motors(formulas: Formulas) -> tuple[str, ...]:
     """Return the names of the torques that have a power."""
-    units_of = {q.name: q.unit for q in _quantities(formulas)}
+    units_of = {q.name: q.unit for q in list_quantities(formulas)}
     return tuple(
         name
         for name, unit in units_of.items()

@@ -4,8 +4,8 @@ them.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 import casadi as ca
@@ -38,7 +38,8 @@ class MechanismMotion:
     """A motion: times (n,) [s], columns (n,) in display units by key with their meanings, and its
     result.
 
-    `places` (n,) [m] are coordinates of the bodies' points.
+    `places` (n,) [m] are coordinates of the bodies' points, `shapes` (n,) [SI] what its springs and
+    guides are drawn from.
     """
 
     times: Array
@@ -46,6 +47,7 @@ class MechanismMotion:
     meanings: dict[str, str]
     places: dict[str, Array]
     result: MotionResult
+    shapes: Mapping[str, Array] = field(default_factory=dict)
 
 
 def compute_motion(
@@ -106,10 +108,16 @@ def compute_motion(
         **(_describe_equilibrium(dynamics) if rest else {}),
     )
     meanings = {keys[entry["name"]]: entry["meaning"] for entry in entries}
-    places = dynamics.formulas(
-        "places", time=run.times, data=dynamics.data_at(run.times), state=run.states
+    at = {"time": run.times, "data": dynamics.data_at(run.times), "state": run.states}
+    has_shapes = "elements" in dynamics.formulas.sidecar["functions"]
+    return MechanismMotion(
+        run.times,
+        columns,
+        meanings,
+        dynamics.formulas("places", **at),
+        result,
+        shapes=dynamics.formulas("elements", **at) if has_shapes else {},
     )
-    return MechanismMotion(run.times, columns, meanings, places, result)
 
 
 def list_start_changes(dynamics: Dynamics) -> list[ChangedStart]:

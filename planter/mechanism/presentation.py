@@ -139,7 +139,7 @@ def present_optimum(optimum: MechanismOptimum) -> ResultPresentation:
     result, machine = optimum.result, optimum.machine
     title, best = f"Optimum of {machine.name}", cache(lambda: compute_cycle(Model(machine)))
     parts: dict[str, Any] = (
-        _draw_motion(title, cache(lambda: _move(machine)))
+        _draw_motion(title, cache(lambda: _move(machine)), cast(MechanismFile, machine.document))
         if machine.motion is not None
         else {"details": lambda: _list_cycle_sections(best()), **_draw_cycle(title, best)}
     )
@@ -322,7 +322,7 @@ def present_motion(motion: MechanismMotion, file: MechanismFile) -> ResultPresen
         conclusion=conclusion,
         failures=list_limit_failures(result.holds or ()),
         key_figures=list(_list_motion_figures(motion)),
-        **_draw_motion(title, lambda: motion),
+        **_draw_motion(title, lambda: motion, file),
     )
 
 
@@ -617,17 +617,7 @@ def _draw_cycle(
         cycle = find_cycle()
         yield from find_extension(cycle.machine).animate()
         if cycle.places:
-            axis = PlotAxis.from_cycle(cycle)
-            scene = drawing.build_scene(
-                title,
-                axis,
-                cycle.seconds,
-                cycle.columns,
-                cycle.places,
-                cycle.machine,
-                cycle.shapes,
-            )
-            yield MotionBlock(scene, MOTION_CAPTION)
+            yield MotionBlock(drawing.build_cycle_scene(title, cycle), MOTION_CAPTION)
 
     return _draw_quantities(
         lambda: (PlotAxis.from_cycle(find_cycle()), find_cycle().columns),
@@ -637,21 +627,19 @@ def _draw_cycle(
     )
 
 
-def _draw_motion(title: str, find_motion: Callable[[], MechanismMotion]) -> dict[str, Any]:
-    """Return figures, table and moving scene of a free motion, which is computed only if a folder
-    is written.
+def _draw_motion(
+    title: str, find_motion: Callable[[], MechanismMotion], file: MechanismFile
+) -> dict[str, Any]:
+    """Return figures, table and moving scene of a free motion of a file's mechanism, which is
+    computed only if a folder is written.
     """
 
-    def axis() -> PlotAxis:
-        return PlotAxis(find_motion().times, "time / s", is_angle=False, column="time_s")
-
     def animate() -> Iterator[MotionBlock]:
-        motion = find_motion()
-        until = motion.result.until_s
-        scene = drawing.build_scene(title, axis(), until, motion.columns, motion.places)
-        yield MotionBlock(scene, MOTION_CAPTION)
+        yield MotionBlock(drawing.build_motion_scene(title, find_motion(), file), MOTION_CAPTION)
 
-    return _draw_quantities(lambda: (axis(), find_motion().columns), animate)
+    return _draw_quantities(
+        lambda: (PlotAxis.from_motion(find_motion()), find_motion().columns), animate
+    )
 
 
 def _draw_quantities(

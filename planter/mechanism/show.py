@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -25,11 +25,20 @@ from planter.report.subject import (
 )
 
 if TYPE_CHECKING:
+    from planter.engine.machine import Machine, Quantity
+    from planter.mechanism.dynamics import MotionStep
     from planter.mechanism.file import MechanismFile
     from planter.mechanism.model import MechanismCycle
+    from planter.mechanism.motion import MechanismMotion
+    from planter.mechanism.motion_response import Motions
+    from planter.mechanism.results import QuantityHistory, QuantityStatistics
+
+    Extreme = QuantityStatistics | QuantityHistory
     from planter.report.scene import Scene
     from planter.report.subject import Portable
 
+MOMENTS = 361
+"""Times of a free motion that are drawn."""
 MOST_READINGS = 12
 """Results whose largest and least values are displayed."""
 VALUES = "values"
@@ -42,6 +51,8 @@ class MechanismView:
 
     handles: Sequence[tuple[str, str]] = ()
     models: Sequence[str] = ("exact",)
+    span_words = ""
+    """What follows a quantity in a measure over all that is shown."""
     exports: Sequence[Export] = EXPORTS
 
     def __init__(self, file: MechanismFile) -> None:
@@ -60,24 +71,15 @@ class MechanismView:
     @property
     def rigid(self) -> MechanismView:
         """The mechanism without its sensor, for pages without a server."""
-        return MechanismView(self.file.model_copy(update={SECTION: None}))
+        return type(self)(self.file.model_copy(update={SECTION: None}))
 
     def scenes(self, values: Values, model: str) -> Sequence[Scene]:
         """Return its bodies over a cycle."""
-        from planter.mechanism.drawing import PlotAxis, build_scene, select_frames
+        from planter.mechanism.drawing import build_cycle_scene, select_frames
         from planter.report.scene import Curve
 
         cycle = self._compute_cycle(values)
-        axis = PlotAxis.from_cycle(cycle)
-        scene = build_scene(
-            self.name,
-            axis,
-            cycle.seconds,
-            cycle.columns,
-            cycle.places,
-            cycle.machine,
-            cycle.shapes,
-        )
+        scene = build_cycle_scene(self.name, cycle)
         if cycle.measured is not None:
             values_shown = cycle.measured.signal[select_frames(len(cycle.angles_deg))]
             measured = Curve(cycle.measured.name, cycle.measured.result.unit, values_shown)
@@ -88,32 +90,39 @@ class MechanismView:
         """Return largest and least values of what the sensor sees, and of the first results that
         change.
         """
-        from planter.engine.wording import name_quantity
         from planter.measured.sensor_presentation import list_signal_readings
 
-        cycle = self._compute_cycle(values)
-        extremes, results = (
-            cycle.result.quantities,
-            {quantity.key: quantity for quantity in cycle.machine.results},
-        )
-        keys = self._list_moving(values)[:MOST_READINGS]
-        return [
-            *list_signal_readings(cycle.measured),
-            *(
-                Reading(f"{name_quantity(results[key])}, {kind}", extremes[key].unit, value)
-                for key in keys
-                for kind, value in (("largest", extremes[key].max), ("least", extremes[key].min))
-            ),
-        ]
+        signal = list_signal_readings(self._compute_cycle(values).measured)
+        return [*signal, *self._list_extremes(values)]
 
-    def _list_moving(self, values: Values) -> list[str]:
-        """Return the keys of results that change over the cycle, as curves are ordered."""
-        from planter.mechanism.drawing import sort_curves
+    def _list_extremes(self, values: Values) -> Iterator[Reading]:
+        from planter.engine.wording import name_quantity
 
-        cycle = self._compute_cycle(values)
-        extremes = cycle.result.quantities
+        extremes = self._find_extremes(values)
+        for quantity in self._list_moving(values)[:MOST_READINGS]:
+            name, extreme = name_quantity(quantity), extremes[quantity.key]
+            yield Reading(f"{name}, largest", extreme.unit, extreme.max)
+            yield Reading(f"{name}, least", extreme.unit, extreme.min)
+
+    def _list_moving(self, values: Values) -> list[Quantity]:
+        """Return the results that change, as curves are ordered."""
+        from planter.mechanism.drawing import find_motors, sort_curves
+
+        extremes = self._find_extremes(values)
         moving = [key for key, extreme in extremes.items() if extreme.max > extreme.min]
-        return sort_curves(moving, cycle.machine)
+        results = {quantity.key: quantity for quantity in self._machine.results}
+        keys = sort_curves(moving, find_motors(self._machine))
+        return [results[key] for key in keys if key in results]
+
+    def _find_extremes(self, values: Values) -> Mapping[str, Extreme]:
+        """Return least and greatest values of results by key."""
+        return self._compute_cycle(values).result.quantities
+
+    @cached_property
+    def _machine(self) -> Machine:
+        from planter.mechanism.machines import build_machine
+
+        return build_machine(self.file)
 
     def checks(self, values: Values, model: str) -> Sequence[RequirementCheck]:
         """Return the limits of the file over the cycle."""
@@ -145,18 +154,16 @@ class MechanismView:
         """Return the results that change over the cycle, loads before motions."""
         from planter.engine.wording import name_quantity
 
-        results = {quantity.key: quantity for quantity in self._compute_cycle(values).machine.results}
         return [
-            GoalQuantity(results[key].name, name_quantity(results[key]))
-            for key in self._list_moving(values)
+            GoalQuantity(f"{quantity.name}{self.span_words}", name_quantity(quantity))
+            for quantity in self._list_moving(values)
         ]
 
     def describe_sum(self, least: str | None) -> str:
         """Return a sum of measures, or that of the file, in words with units."""
-        from planter.mechanism.machines import build_machine
         from planter.mechanism.optimisation import StatedGoal
 
-        return StatedGoal.read(build_machine(self.file), least).describe()
+        return StatedGoal.read(self._machine, least).describe()
 
     @property
     def lockable(self) -> Sequence[str]:
@@ -206,30 +213,87 @@ class MechanismView:
         return self._latest[1]
 
 
+class MotionView(MechanismView):
+    """A mechanism that moves freely, over the time that its file says."""
+
+    exports = (Export("report", "page, figures and table of the motion", ("simulate",)),)
+
+    def __init__(self, file: MechanismFile) -> None:
+        super().__init__(file)
+        self.until = file.until
+        self.span_words = f" over 0..{self.until:g} s"
+        self._latest_motion: tuple[dict[str, float], MechanismMotion] | None = None
+
+    def scenes(self, values: Values, model: str) -> Sequence[Scene]:
+        """Return its bodies over the time."""
+        from planter.mechanism.drawing import build_motion_scene
+
+        return [build_motion_scene(self.name, self._compute_motion(values), self.file)]
+
+    def readings(self, values: Values, model: str) -> Sequence[Reading]:
+        """Return largest and least values of the first results that change."""
+        return list(self._list_extremes(values))
+
+    def checks(self, values: Values, model: str) -> Sequence[RequirementCheck]:
+        """Return the limits of the file over its motion."""
+        from planter.mechanism.optimisation import list_limit_checks
+
+        result = self._compute_motion(values).result
+        return list_limit_checks(self._machine, result.holds or ())
+
+    def portable(self, model: str) -> Portable:
+        """Raise InputError: a page without a server computes cycles."""
+        raise InputError(
+            f"{self.name} moves freely: a page without a server has no integrator, "
+            f"`planter studio FILE` has"
+        )
+
+    @cached_property
+    def _motions(self) -> Motions:
+        from planter.mechanism.motion_response import Motions
+
+        return Motions(self.file, self.until)
+
+    @cached_property
+    def _machine(self) -> Machine:
+        from planter.mechanism.machines import build_free_machine
+
+        return build_free_machine(self.file, self.until, self._motions)
+
+    def _find_extremes(self, values: Values) -> Mapping[str, Extreme]:
+        return self._compute_motion(values).result.quantities
+
+    def _compute_motion(self, values: Values) -> MechanismMotion:
+        from planter.mechanism.machines import build_free_machine
+        from planter.mechanism.motion import compute_motion
+        from planter.mechanism.motion_response import TOLERANCE
+        from planter.mechanism.optimisation import judge_motion
+
+        if self._latest_motion is None or self._latest_motion[0] != dict(values):
+            file = self._with_values(values)
+            steps: list[MotionStep] = []
+            dynamics = self._motions.dynamics.with_data(file.data())
+            motion = compute_motion(dynamics, self.until, MOMENTS, TOLERANCE, steps=steps)
+            if file.measure_limits:
+                self._motions.record(file.data(), steps)
+                motion = judge_motion(motion, build_free_machine(file, motions=self._motions))
+            self._latest_motion = dict(values), motion
+        return self._latest_motion[1]
+
+
 def build_scene(thing: object) -> Scene | None:
     """Return the motion of a cycle, None of anything else."""
-    from planter.mechanism.drawing import PlotAxis, build_scene
+    from planter.mechanism.drawing import build_cycle_scene
     from planter.mechanism.model import MechanismCycle
 
-    if not isinstance(thing, MechanismCycle):
-        return None
-    axis, machine = PlotAxis.from_cycle(thing), thing.machine
-    return build_scene(
-        machine.name, axis, thing.seconds, thing.columns, thing.places, machine, thing.shapes
+    return (
+        build_cycle_scene(thing.machine.name, thing) if isinstance(thing, MechanismCycle) else None
     )
 
 
 def open_view(source: str, changes: Values) -> MechanismView:
-    """Return the mechanism in a file.
-
-    Raises InputError if no angle drives it: what is shown is a cycle, which ends as it begins.
-    """
+    """Return the mechanism in a file. Raises InputError if it moves freely without an end."""
     from planter.mechanism.file import load
 
     file = load(source, changes)
-    if not file.is_driven:
-        raise InputError(
-            f"{source}: no angle drives {file.name}, and a cycle is shown, which ends as it "
-            f"begins; `planter simulate {file.name} --until S --out DIR` shows its motion"
-        )
-    return MechanismView(file)
+    return MechanismView(file) if file.is_driven else MotionView(file)

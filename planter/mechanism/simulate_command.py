@@ -111,9 +111,9 @@ For your own mechanism: every quantity, works, and a check of the laws of mechan
 the torque of the drive falls with its speed, which then fluctuates; your mechanism needs
 `acceleration=` in its statement for that, Mechanism(..., speed=q.omega, acceleration=q.eps).
 
-What no angle drives moves from its initial state --until a time. --ensemble integrates it from many
-random starts and reports bands, statistics, and how fast the runs part, with the largest Lyapunov
-exponent.
+What no angle drives moves from its initial state until the time of the file, or --until another.
+--ensemble integrates it from many random starts and reports bands, statistics, and how fast the
+runs part, with the largest Lyapunov exponent.
 
 --check computes no more than what shows that a file is sound: values, gears, loops over the whole
 cycle and limits; it warns of unusual values.
@@ -212,7 +212,7 @@ def simulate(
         typer.Option(
             metavar="S",
             min=1e-9,
-            help="end of a free motion [s]",
+            help="end of a free motion [s] [default: that of the file]",
             show_default=False,
             rich_help_panel=FREE,
         ),
@@ -345,9 +345,8 @@ def simulate(
         subject = open_source(machine, set_, speed_rpm, model)
         if not isinstance(subject, Machine):
             refuse_unused(f"since {subject.name} moves freely", *CYCLE_OPTIONS, "--speed-rpm")
-            if until is None:
-                raise InputError(f"{subject.name} moves freely: --until S says how long")
-            run = MotionOptions(until, points, tolerance, stiff)
+            end = subject.until if until is None else until
+            run = MotionOptions(end, points, tolerance, stiff)
             if ensemble is None:
                 single = {"rest": rest, "minimum_norm": least_squares}
                 _show_motion(console, subject, run, input_, single, out)

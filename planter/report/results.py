@@ -28,7 +28,7 @@ class Animated(Record):
             f"{self.bytes / 1e6:.1f} MB" if self.bytes >= MEGABYTE else f"{self.bytes // 1000} kB"
         )
         return (
-            f"{self.file}: {self.machine} over a cycle, {self.frames} frames in "
+            f"{self.file}: {self.machine}, {self.frames} frames in "
             f"{self.seconds:.3g} s, {size}, {self.model} model."
         )
 

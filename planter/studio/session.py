@@ -270,7 +270,11 @@ class Session:
         """
         machine, model = self._searching, self._values_and_model(message)[1]
         least, starts = self._asked_sum(message), message.get("starts", machine.starts)
-        if isinstance(starts, bool) or not isinstance(starts, int) or not 1 <= starts <= MOST_STARTS:
+        if (
+            isinstance(starts, bool)
+            or not isinstance(starts, int)
+            or not 1 <= starts <= MOST_STARTS
+        ):
             raise InputError(
                 f"Starts = {safe_text.format_value(starts)}: a whole number from 1 to "
                 f"{MOST_STARTS} is required"

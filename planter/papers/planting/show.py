@@ -291,9 +291,7 @@ class PlantingView:
 
         device, x = self._at(values, model)
         force = evaluate_true_extremes(device, x)
-        forces = [
-            Reading(*result) for result in _list_force_results(force.objective, force)
-        ]
+        forces = [Reading(*result) for result in _list_force_results(force.objective, force)]
         if quickly:
             sampled = self.readings(values, model)
             first = len(sampled) - len(SIZES) - len(LOADS)
@@ -311,7 +309,9 @@ class PlantingView:
 
         key = device.model, load
         latest, machine = self._curves.get(key), device.force.machine
-        curves = QuantityCurves(machine, (load,)) if latest is None else latest.with_machine(machine)
+        curves = (
+            QuantityCurves(machine, (load,)) if latest is None else latest.with_machine(machine)
+        )
         self._curves[key] = curves
         return curves
 

@@ -9,6 +9,7 @@ import pytest
 
 from planter.mechanism import file
 from planter.mechanism.dynamics import Dynamics
+from planter.report.subject import open_machine
 from tests.planter.mechanism.test_motion_measures import OSCILLATOR, oscillate
 from tests.support import own
 from tests.support.cli import answer, refusal
@@ -76,9 +77,22 @@ def test_equal_motions_have_no_differences(tmp_path: Path) -> None:
     assert {row["difference"][0] for row in result["results"]} == {0.0}
 
 
-def test_a_comparison_without_its_time_is_refused(tmp_path: Path) -> None:
+def test_time_of_the_file_is_that_of_commands_without_one(tmp_path: Path) -> None:
+    source = Path(write_file(tmp_path, "a.toml"))
+    text = source.read_text("utf-8")
+    assert "until_s = 2" in text
+    source.write_text(text.replace("until_s = 2", "until_s = 0.3"), "utf-8")
+    assert answer("simulate", str(source))["until_s"] == 0.3
+    assert answer("simulate", str(source), "--until", "0.1")["until_s"] == 0.1
+    times = answer("diff", str(source), str(source))["curves"][0]["t_s"]
+    assert times[-1] == 0.3
+    source.write_text(text.replace("[motion]\nuntil_s = 2", ""), "utf-8")
+    for command in (["simulate", str(source)], ["diff", str(source), str(source)]):
+        assert "motion" in refusal(*command)
+
+
+def test_time_of_a_motion_is_refused_to_a_cycle(tmp_path: Path) -> None:
     source = write_file(tmp_path, "a.toml")
-    assert "--until" in refusal("diff", source, source)
     assert "--until" in refusal("diff", "wang2017", "compact", "--until", "1")
     driven = str(own.generated("slider_crank") / "slider_crank.toml")
     assert "angle" in refusal("diff", source, driven, "--until", "1")
@@ -97,6 +111,25 @@ def test_limits_are_judged_on_the_motion_that_is_shown(
     lowest = 100 * np.exp(-0.8 * np.pi / omega)
     assert result["holds"][0]["value"] == pytest.approx(-lowest, rel=1e-8)
     assert len(calls) == integrations
+
+
+def test_page_shows_the_motion_and_its_limits(tmp_path: Path) -> None:
+    source = write_file(tmp_path, "own.toml", "min x over 0..1 s >= -75 mm")
+    view = open_machine(source, {"motion.until_s": 1.0})
+    values = {control.path: control.value for control in view.controls}
+    values |= {"values.k_N_m": 50.0}
+    (scene,) = view.scenes(values, "exact")
+    assert (scene.seconds, scene.place, scene.again) == (1.0, "time", False)
+    times = np.linspace(0, 1, len(scene.places))
+    assert scene.points[-1].x == pytest.approx(1e3 * oscillate(0.5, 50, 0.8, 0.1, times), abs=1e-6)
+    lowest = -100 * np.exp(-0.8 * np.pi / np.sqrt(50 / 0.5 - 0.8**2))
+    (check,) = view.checks(values, "exact")
+    assert check.value == pytest.approx(lowest, rel=1e-8)
+    assert not check.met
+    readings = {reading.name: reading.value for reading in view.readings(values, "exact")}
+    assert lowest == pytest.approx(
+        next(value for name, value in readings.items() if "x" in name and "least" in name), rel=1e-4
+    )
 
 
 @pytest.mark.parametrize("command", ["simulate", "simulate --check"])
