@@ -27,7 +27,7 @@ LEAST_SIZE = 8.0
 """Size of the smallest line that is drawn [pixel]."""
 MOMENT = 1 / 6
 """Share of the cycle at which a machine is drawn."""
-HIDDEN = ("before", "ground", "mark", "teeth")
+HIDDEN = ("before", "ground", "mark", "soil", "teeth")
 """Outlines that a machine is drawn without."""
 Line = tuple[Array, str, bool]
 """Points (k, 2) [mm], a colour, and whether they enclose a body."""

@@ -196,7 +196,7 @@ class Labels {
       return this.bodies.push({ name }) - 1;
     };
     bodies.forEach((body) => {
-      const paths = Array.from(body.querySelectorAll(":scope > path:not(.teeth, .before, .mark)"));
+      const paths = Array.from(body.querySelectorAll(":scope > path:not(.teeth, .before, .mark, .soil)"));
       const owner = paths.length && title(body) ? number(title(body)) : -1;
       const pose = [];
       for (let part = body; part; part = part.parentElement.closest("[data-body]")) pose.push(motion.bodies[part.dataset.body]);
@@ -437,7 +437,21 @@ class Mechanism {
     const bar = make("path", { class: "scale", d: `M${x} ${y - notch}V${y}H${x + length}V${y - notch}` });
     const text = make("text", { x: x + length / 2, y: y - notch, "font-size": this.size, "text-anchor": "middle" }, `${digits(length)} mm`);
     this.svg.querySelector(":scope > .bar")?.remove();
-    this.svg.append(make("g", { class: "bar" }, bar, text));
+    this.svg.append(make("g", { class: "bar" }, bar, text, ...this.#travel(x + longest + 2 * this.size, y)));
+  }
+
+  /** An arrow in the direction of travel with its speed, if there is one, beside the scale. */
+  #travel(x, y) {
+    const { travel, share, record } = this.motion;
+    const last = this.motion.moments - 1;
+    const speed = (travel(last) - travel(0)) / (1000 * record.seconds * (share(last) - share(0)));
+    if (!speed) return [];
+    const size = this.size;
+    const [start, end] = speed > 0 ? [x, x + 3 * size] : [x + 3 * size, x];
+    const back = end - 0.6 * size * Math.sign(speed);
+    const d = `M${start} ${y}H${end}M${back} ${y - 0.3 * size} ${end} ${y} ${back} ${y + 0.3 * size}`;
+    const text = make("text", { x: x + 3.6 * size, y: y + size / 3, "font-size": size }, `travel ${Number(Math.abs(speed).toPrecision(4))} m/s`);
+    return [make("path", { class: "scale", d }), text];
   }
 
   /** Show or hide the names; they are relative to the machine. */
@@ -456,6 +470,7 @@ class Mechanism {
   /** Look from the ground, over which the machine travels, or from the machine. */
   look(overGround) {
     this.overGround = overGround;
+    this.svg.classList.toggle("over-ground", overGround);
     this.#box();
     this.names.style.display = overGround || this.named_shown === false ? "none" : "";
     if (this.ground) this.ground.style.display = overGround ? "" : "none";

@@ -77,6 +77,8 @@ WIDE = 0.06
 """Half the width of a nozzle half at its root, in parts of its length: the machine file does not
 hold it.
 """
+SOIL_BELOW, SOIL_BESIDE = 30.0, 40.0
+"""How far soil is drawn below the lowest tip, and beside the path of the tips [mm]."""
 
 
 def build_scene(
@@ -113,6 +115,7 @@ def build_scene(
             carrier,
             *_halves(device, columns, corner),
             *_before(device, before),
+            *_soil_beneath(device, columns),
         ),
         points=points,
         forces=[_force(columns, name, side) for side in (1, 2) for name in FORCES],
@@ -131,7 +134,7 @@ def build_scene(
         labels=(
             Label("nozzle opening (front view)", float(corner[0]), float(corner[1]) + 70, "end"),
         ),
-        ground=_soil(device, columns, forward * seconds * 1e3),
+        ground=_planted_soil(device, columns, forward * seconds * 1e3),
         travel=1e3 * forward * columns["phi_deg"] / 360 * seconds,
     )
 
@@ -270,29 +273,50 @@ def _before(device: Device, x: Array | None) -> list[Body]:
     return [Body("path of the tip before, side 1", (Outline(path, "before"),))]
 
 
-def _soil(device: Device, columns: dict[str, Array], advance: float) -> list[Outline]:
-    """The surface of the soil over the way of a turn, and where both sides plant; only where the
-    file says how deep.
+def _find_surface(device: Device, lowest: float) -> float | None:
+    """Return the level of the soil [mm] with the lowest tip point, None if the file does not say
+    it.
+    """
+    required = device.machine.requirements
+    return None if required is None else required.surface_mm(lowest)
+
+
+def _lay_soil(ends: tuple[float, float], surface: float, lowest: float) -> list[Outline]:
+    """Return the ground between two ends [mm], and its surface."""
+    (left, right), bottom = ends, lowest - SOIL_BELOW
+    corners = [[left, surface], [right, surface], [right, bottom], [left, bottom]]
+    line = Outline(np.array(corners[:2]), "ground", closed=False)
+    return [Outline(np.array(corners), "soil"), line]
+
+
+def _soil_beneath(device: Device, columns: dict[str, Array]) -> list[Body]:
+    """Return the soil beneath the path of the tips, where the machine is at rest."""
+    lowest = float(np.min(columns["tip_y_mm"]))
+    surface = _find_surface(device, lowest)
+    if surface is None:
+        return []
+    x = columns["tip_machine_x_mm"]
+    ends = float(np.min(x)) - SOIL_BESIDE, float(np.max(x)) + SOIL_BESIDE
+    return [Body("soil", _lay_soil(ends, surface, lowest))]
+
+
+def _planted_soil(device: Device, columns: dict[str, Array], advance: float) -> list[Outline]:
+    """Return the soil over the way of a turn, and where both sides plant; only where the file says
+    how deep.
     """
     low = int(np.argmin(columns["tip_y_mm"]))
     lowest = float(columns["tip_y_mm"][low])
-    required = device.machine.requirements
-    surface = None if required is None else required.surface_mm(lowest)
+    surface = _find_surface(device, lowest)
     if surface is None:
         return []
     depth = surface - lowest
     first = float(columns["tip_x_mm"][low])
-    reach = np.sort(
-        [
-            float(np.min(columns["tip_machine_x_mm"])),
-            float(np.max(columns["tip_machine_x_mm"])) + advance,
-        ]
-    )
-    line = Outline(np.array([[reach[0], surface], [reach[1], surface]]), "ground", closed=False)
+    x = columns["tip_machine_x_mm"]
+    left, right = sorted((float(np.min(x)), float(np.max(x)) + advance))
     plants = first + advance / 2 * np.arange(-1, 2)
-    inside = plants[(plants >= reach[0]) & (plants <= reach[1])]
+    inside = plants[(plants >= left) & (plants <= right)]
     holes = [
         Outline(np.array([[at, surface], [at, surface - depth]]), "ground", closed=False)
         for at in inside
     ]
-    return [line, *holes]
+    return [*_lay_soil((left, right), surface, lowest), *holes]
