@@ -5,7 +5,7 @@ both sides.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -77,6 +77,34 @@ WIDE = 0.06
 """Half the width of a nozzle half at its root, in parts of its length: the machine file does not
 hold it.
 """
+CHANGES = {"cam, start of the rise": True, "cam, start of the fall": False}
+"""Breakpoints at which a nozzle begins to open (True) or to close."""
+STEP_DEG = 1.0
+"""Angle after a breakpoint at which it is seen which side's nozzle swings."""
+
+
+@dataclass(frozen=True)
+class NozzleChange:
+    """A carrier angle [deg] at which the nozzle of a side begins to open or to close."""
+
+    angle_deg: float
+    side: int
+    opens: bool
+
+
+def list_nozzle_changes(device: Device, x: Array) -> list[NozzleChange]:
+    """Return where the nozzles of a design x (p,) in SI begin to open and to close, over a cycle."""
+    changes = []
+    for breakpoint_ in list_breakpoints(device.force, device.prologue(x)):
+        if breakpoint_.name in CHANGES:
+            angles = breakpoint_.angle + np.radians([0.0, STEP_DEG])
+            swings = np.ptp(device.columns(x, angles)["theta1_deg"]) > 0
+            angle_deg = float(np.degrees(breakpoint_.angle))
+            side = 1 if swings else 2
+            changes.append(NozzleChange(angle_deg, side, CHANGES[breakpoint_.name]))
+    return sorted(changes, key=lambda change: change.angle_deg)
+
+
 SOIL_BELOW, SOIL_BESIDE = 30.0, 40.0
 """How far soil is drawn below the lowest tip, and beside the path of the tips [mm]."""
 
