@@ -418,6 +418,7 @@ class Mechanism {
     const column = longest ? (LETTER_SHARE * longest + 3) * LETTER : 0;
     const scale = Math.min(Math.max(this.room.width - column, 0.4 * this.room.width) / width, (this.room.height - 3.6 * GAP - 2 * LETTER) / height);
     this.size = LETTER / scale;
+    for (const text of this.machine.querySelectorAll(":scope > text")) text.setAttribute("font-size", this.size);
     const above = this.labels.bodies.length ? GAP / scale : 0; // for leaders over all bodies, and below them
     const tall = Math.max(height + 3.6 * above, ((this.labels.bodies.length + SPARE) * above) || 0);
     this.near_box = [left, top - above, width + column / scale, tall + 2 * this.size];
@@ -905,8 +906,11 @@ export class Drawing {
 
   /** The points that move, those of bodies without a point of the ground first: the others run on simple curves. */
   #traceable() {
-    const { points, chains } = this.motion.record;
-    const rests = (number) => points[number].every((channel) => typeof channel === "number");
+    const { points, chains, moments } = this.motion;
+    const rests = (number) => points[number].every((channel) => {
+      for (let i = 1; i < moments; i++) if (channel(i) !== channel(0)) return false;
+      return true;
+    });
     const guided = ({ number }) => chains.some((chain) => chain.points.includes(number) && chain.points.some(rests));
     const moving = this.mechanism.labels.points.filter(({ number }) => !rests(number));
     return [...moving.filter((point) => !guided(point)), ...moving.filter(guided)];
