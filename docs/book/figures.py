@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,8 +12,10 @@ from planter import Device, load_machine, simulate
 from planter.gears.geometry.cutting import ToothOrder, cut_teeth
 from planter.gears.geometry.pitch_curves import build_circle_pair
 from planter.gears.geometry.polygons import build_polygon
+from planter.papers.planting.report.scene import build_scene, list_nozzle_changes
 from planter.papers.planting.toothed import locate_pitch_curves
 from planter.report import style
+from planter.report.animation import draw_stills
 from planter.report.scene import Body, Outline, Scene
 from planter.report.sheet import Length, Sheet, draw_figure
 
@@ -123,7 +126,28 @@ def _turn(found: object) -> tuple[object, object]:
     return table["phi_deg"], table["support_N"]
 
 
-FIGURES = {"rolling": rolling, "envelope": envelope, "peaks": peaks}
+def changes() -> Figure:
+    """The built-in device where its nozzles begin to close and to open, the tip of that nozzle marked."""
+    device = Device(load_machine("wang2017"), "exact")
+    scene = build_scene(device, device.design)
+    seen = replace(scene, bodies=scene.bodies[:2], labels=())
+    found, stills = list_nozzle_changes(device, device.design), {}
+    for number, change in enumerate(found, 1):
+        words = "opens" if change.opens else "closes"
+        angle = f"{change.angle_deg:.1f}\N{DEGREE SIGN}"
+        title = f"{number}: {angle}\nnozzle {change.side} {words}"
+        stills[title] = seen, round(change.angle_deg) % scene.moments
+    drawing = draw_stills(stills, 3.0)
+    for axes, change, (_, moment) in zip(drawing.axes, found, stills.values(), strict=True):
+        tip = scene.points[change.side - 1]
+        at = np.array([tip.x, tip.y])[:, moment]
+        axes.plot(*at, "o", color=style.VERMILION, markersize=5)
+        axes.set_ylabel("y / mm" if axes is drawing.axes[0] else "")
+        axes.locator_params(nbins=4)
+    return drawing
+
+
+FIGURES = {"changes": changes, "rolling": rolling, "envelope": envelope, "peaks": peaks}
 
 
 def draw(folder: Path) -> None:

@@ -2,23 +2,19 @@
 
 from __future__ import annotations
 
-import io
 from collections.abc import Callable, Iterator
-from contextlib import redirect_stdout
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
 import numpy as np
 import shapely
 
-from derive.__main__ import main as derive
+from book.derived import derive_example
 from planter.kernels import Array
 from planter.report.picture import format_steps
 from planter.report.scene import Scene
 from planter.report.style import BLUE, PALETTE, SOFT
 from planter.report.subject import first_scene, open_machine
 
-EXAMPLES = Path(__file__).parents[1] / "examples"
 WIDTH, HEIGHT, MARGIN = 160.0, 120.0, 6.0
 """Size of a thumbnail, and its margin [pixel]."""
 TOLERANCE = 0.2
@@ -27,7 +23,7 @@ LEAST_SIZE = 8.0
 """Size of the smallest line that is drawn [pixel]."""
 MOMENT = 1 / 6
 """Share of the cycle at which a machine is drawn."""
-HIDDEN = ("before", "ground", "mark", "teeth")
+HIDDEN = ("before", "ground", "mark", "soil", "teeth")
 """Outlines that a machine is drawn without."""
 Line = tuple[Array, str, bool]
 """Points (k, 2) [mm], a colour, and whether they enclose a body."""
@@ -110,16 +106,8 @@ def _format(points: Array, closed: bool) -> str:
 
 def draw_thumbnails(folder: Path) -> None:
     """Write every thumbnail into a folder. Raises RuntimeError if an example cannot be derived."""
-    with TemporaryDirectory() as scratch:
-        for page, (machine, list_lines) in THUMBNAILS.items():
-            source = machine
-            if (example := EXAMPLES / f"{machine}.py").is_file():
-                with redirect_stdout(io.StringIO()):
-                    code = derive([str(example), "--out", scratch])
-                if code:
-                    raise RuntimeError(f"{example.name}: it was not derived")
-                source = str(Path(scratch, f"{machine}.toml"))
-            scene = first_scene(open_machine(source), None, "")[0]
-            (folder / f"gallery-{page}.svg").write_text(
-                draw_thumbnail(list(list_lines(scene))), encoding="utf-8"
-            )
+    for page, (machine, list_lines) in THUMBNAILS.items():
+        scene = first_scene(open_machine(derive_example(machine)), None, "")[0]
+        (folder / f"gallery-{page}.svg").write_text(
+            draw_thumbnail(list(list_lines(scene))), encoding="utf-8"
+        )

@@ -110,11 +110,11 @@ def draw_elements(kinds: Kinds, meshes: Meshes, measures: Mapping[str, Array]) -
 
 def mark_ground(points: Mapping[str, Array], size: float) -> Iterator[Body]:
     """Yield a mark of a `size` [mm] at each point (2, n) [m] of the ground that does not move."""
-    for name, at in points.items():
+    for at in points.values():
         if not np.ptp(at, axis=1).any():
             x, y = MILLIMETRES * at[:, 0]
             outline = Outline(GROUND_MARK, "ground")
-            yield Body(f"ground at {name}", (outline,), (x, y), scale=(size, size))
+            yield Body("ground", (outline,), (x, y), scale=(size, size))
 
 
 def _select_plane(kinds: Kinds, shapes: Graphs) -> Iterator[tuple[str, Mapping[str, str]]]:

@@ -252,6 +252,7 @@ _LINES: dict[str, dict[str, Any]] = {
     "line": {"linewidth": 1.0},
     "mark": {"linewidth": 0.6, "color": style.SOFT},
     "ground": {"linewidth": 1.0, "color": "#7a5c34"},
+    "soil": {"linewidth": 0.0, "color": "#7a5c34"},
     "before": {"linewidth": 0.6, "color": style.FAINT, "linestyle": (0, (3, 2))},
 }
 
@@ -413,5 +414,6 @@ def _line(axes: Axes, points: Array, look: str, shade: int, closed: bool) -> Non
     corners = np.vstack([points, points[:1]]) if closed else points
     colour = style.PALETTE[shade % len(style.PALETTE)]
     axes.plot(*corners.T, **({"color": colour} | _LINES[look]))
-    if closed and look in ("body", "gear", "teeth"):
-        axes.fill(*corners.T, facecolor=colour, alpha=0.1, edgecolor="none")
+    if closed and look in ("body", "gear", "teeth", "soil"):
+        fill = _LINES[look].get("color", colour)
+        axes.fill(*corners.T, facecolor=fill, alpha=0.1, edgecolor="none")

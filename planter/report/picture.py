@@ -23,6 +23,10 @@ CORNERS = 24
 """Number of points of an outline that are measured for the extent."""
 LABEL_SHARE = 32
 """Width of a drawing over the size of its labels, which have at least 7 pt in print."""
+STEP, FINE_STEP = 1e-2, 1e-5
+"""Rounding of outlines [mm], and of small ones, which can be those of bodies with a scale."""
+SMALL = 4.0
+"""Extent below which an outline is small [mm]."""
 LONGEST = 0.25
 """Length of the largest force, relative to the width of a drawing."""
 
@@ -198,22 +202,23 @@ def format_line(points: Array, closed: bool) -> str:
     return f"M{steps}{'Z' if closed else ''}"
 
 
-def format_steps(points: Array, closed: bool) -> str:
-    """Return points (k, 2) as a relative path of an SVG in hundredths, which takes half as many
+def format_steps(points: Array, closed: bool, step: float = STEP) -> str:
+    """Return points (k, 2) as a relative path of an SVG in whole steps, which takes half as many
     characters.
 
     >>> format_steps(np.array([[0.0, 1.0], [2.5, 3.0], [2.0, 0.0]]), closed=True)
     'm0 100 250 200-50-300z'
     """
-    moves = np.diff(np.rint(100 * points).astype(int), axis=0, prepend=0)
+    moves = np.diff(np.rint(points / step).astype(int), axis=0, prepend=0)
     return (
         f"m{' '.join(map(str, moves.ravel().tolist())).replace(' -', '-')}{'z' if closed else ''}"
     )
 
 
 def _outline(outline: Outline) -> str:
-    path = format_steps(outline.points, outline.closed)
-    return f'<path class="{outline.look} s{outline.shade}" transform="scale(.01)" d="{path}"/>'
+    step = STEP if np.ptp(outline.points, axis=0).max() > SMALL else FINE_STEP
+    path = format_steps(outline.points, outline.closed, step)
+    return f'<path class="{outline.look} s{outline.shade}" transform="scale({step:g})" d="{path}"/>'
 
 
 def _path(point: Point, moments: int) -> Array:

@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 from planter.kernels import Array, Flags, Integers
 
 Complex = NDArray[np.complex128]
-Look = Literal["body", "gear", "teeth", "frame", "line", "mark", "ground", "before"]
+Look = Literal["body", "gear", "teeth", "frame", "line", "mark", "ground", "soil", "before"]
 """Style of an outline: filled as a body or a gear, as a bar of a frame, as a line in its shade, as a
-thin mark, as ground, or pale.
+thin mark, as ground, filled as soil, or pale.
 
 A gear is its pitch curve, which is a thin mark if the scene has teeth.
 """

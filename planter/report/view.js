@@ -6,12 +6,14 @@ const LETTER = 12.5, TALLEST = 544; // size of names, and height of a drawing, i
 const LONGEST_BAR = 160; // of the scale, in pixels
 const MOST_NAMES = 20; // bodies that are named in a drawing
 const GAP = 22; // distance of names from each other, in pixels
-const LETTER_SHARE = 0.58; // width of a letter over its size, on average
+const LETTER_SHARE = 0.62; // width of a letter over its size, on average
 const MOST_CORNERS = 32, MOST_ANCHORS = 12; // of a line: corners that are looked at, and ends of leaders
 const CROSSING = 1000; // what a leader costs that crosses a line, in pixels of its length
 const SLANT = 0.2; // sine of the angle below which a leader runs along its own body
 const FIXED = 0.1; // weight of crossing what does not move
 const ELBOWS = [0, 0.15, 0.3, 0.5, 0.7, 0.85]; // where a leader bends that is not free straight on, as shares of its width
+const ATTEMPTS = 4; // orders in which leaders are chosen
+const SPARE = 3; // rows of a column of names beyond their number
 const BEND = 40; // what a bend costs, in pixels of a leader's length
 const PATIENCE = 4; // moments for which leaders that cross something stay, where there were no better ones
 const ENCLOSED = 0.02; // weight of leaving an outline that encloses the beginning of a leader
@@ -82,17 +84,18 @@ class Motion {
   }
 }
 
-/** Corners of a path of straight lines, in its body: absolute numbers, or steps in hundredths. */
+/** Corners of a path of straight lines, in its body: absolute numbers, or steps of the size that its transform says. */
 function corners(path) {
   const text = path.getAttribute("d");
   const numbers = text.match(/-?\d+(\.\d+)?/g)?.map(Number) ?? [];
   const points = [];
   for (let k = 0; k + 1 < numbers.length; k += 2) points.push([numbers[k], numbers[k + 1]]);
   if (text[0] === "m") {
+    const step = Number(path.getAttribute("transform").match(/scale\((.+)\)/)[1]);
     let [x, y] = [0, 0];
     for (const point of points) {
       [x, y] = [x + point[0], y + point[1]];
-      [point[0], point[1]] = [x / 100, y / 100];
+      [point[0], point[1]] = [x * step, y * step];
     }
   }
   const stride = Math.ceil(points.length / MOST_CORNERS);
@@ -130,7 +133,7 @@ function crossings([ax, ay], [bx, by], line, begins) {
     const area = ux * vy - uy * vx;
     const first = ((cx - ax) * vy - (cy - ay) * vx) / area;
     const second = ((cx - ax) * uy - (cy - ay) * ux) / area;
-    if (!(first > -1e-9 && first <= 1 && second >= 0 && second < 1)) continue;
+    if (!(first > (begins ? -1e-9 : -1e-3) && first <= 1 && second >= 0 && second < 1)) continue;
     if (!begins || first > 1e-3 || Math.abs(area) < SLANT * Math.hypot(ux, uy) * Math.hypot(vx, vy)) count++;
   }
   return count;
@@ -151,6 +154,34 @@ function frame(text) {
   return [[left, y], [left + width, y], [left + width, y + size], [left, y + size], [left, y]];
 }
 
+/** One choice of each row of a table, in an order: first each beside those before it, then in turn as long as that is better. */
+function arranged(table, given, order) {
+  const chosen = [...given];
+  const cost = (k, choice) => chosen.reduce((sum, other, m) => {
+    if (other === null || m === k) return sum;
+    return sum + (other.slot === choice.slot ? Infinity : 0) + (meet(choice.leader, other.leader) ? CROSSING : 0);
+  }, choice.cost);
+  const settle = (k) => {
+    const before = chosen[k];
+    for (const choice of table[k]) if (chosen[k] === null || cost(k, choice) < cost(k, chosen[k])) chosen[k] = choice;
+    return chosen[k] !== before;
+  };
+  const exchange = (k, m) => {
+    const [mine, other] = [chosen[k], chosen[m]];
+    const before = cost(k, mine) + cost(m, other);
+    [chosen[k], chosen[m]] = [table[k][other.slot], table[m][mine.slot]];
+    if (cost(k, chosen[k]) + cost(m, chosen[m]) < before - 1e-9) return true;
+    [chosen[k], chosen[m]] = [mine, other];
+    return false;
+  };
+  order.forEach(settle);
+  for (let round = 0, better = true; better && round < order.length; round++) {
+    better = order.map(settle).some(Boolean);
+    for (const k of order) for (const m of order) if (m < k && exchange(k, m)) better = true;
+  }
+  return chosen;
+}
+
 /** Names of bodies in a column beside a drawing, each with a leader, and of points next to them. */
 class Labels {
   constructor({ motion, bodies, chains, points, machine }) {
@@ -165,9 +196,8 @@ class Labels {
       return this.bodies.push({ name }) - 1;
     };
     bodies.forEach((body) => {
-      const paths = Array.from(body.querySelectorAll(":scope > path:not(.teeth, .before, .mark)"));
-      const solid = paths.some((path) => !path.classList.contains("ground"));
-      const owner = solid && title(body) ? number(title(body)) : -1;
+      const paths = Array.from(body.querySelectorAll(":scope > path:not(.teeth, .before, .mark, .soil)"));
+      const owner = paths.length && title(body) ? number(title(body)) : -1;
       const pose = [];
       for (let part = body; part; part = part.parentElement.closest("[data-body]")) pose.push(motion.bodies[part.dataset.body]);
       paths.forEach((path) => {
@@ -187,6 +217,10 @@ class Labels {
     }
     this.points = [];
     points.forEach((point, k) => {
+      const [x, y] = motion.points[k];
+      const size = Number(point.getAttribute("r"));
+      const around = [[-1, -1], [1, -1], [1, 1], [-1, 1], [-1, -1]];
+      this.lines.push({ owner: -1, weight: FIXED, at: (i) => around.map(([right, up]) => [x(i) + right * size, y(i) + up * size]) });
       const place = JSON.stringify(motion.record.points[k]);
       const known = this.points.find((other) => other.place === place);
       if (known) known.name += `, ${title(point)}`;
@@ -208,7 +242,7 @@ class Labels {
   build(size, left, right, top, height) {
     Object.assign(this, { size, right });
     const gap = (GAP / LETTER) * size;
-    this.levels = Array.from({ length: Math.max(this.bodies.length, Math.floor(height / gap + 1e-9)) }, (_, k) => top + (k + 0.5) * gap);
+    this.levels = Array.from({ length: Math.floor(height / gap + 1e-9) }, (_, k) => top + (k + 0.5) * gap);
     this.bounds = [left, top, top + height];
     const text = ({ name }) => make("text", { "font-size": size, class: "name" }, name);
     this.texts = this.bodies.map(text);
@@ -277,7 +311,7 @@ class Labels {
     return total;
   }
 
-  /** Choices of all leaders: those that are given, and of the others first each as if it were alone, the most constrained ones first, then in turn as long as that is better. */
+  /** Choices of all leaders: those that are given, and the others, the most constrained ones first. */
   #choose(given) {
     const best = (k, slot) => {
       let found = { cost: Infinity };
@@ -292,30 +326,16 @@ class Labels {
     const table = given.map((choice, k) => (choice ? [choice] : this.levels.map((_, slot) => best(k, slot))));
     const free = table.map((row) => row.filter(({ cost }) => cost < CROSSING).length);
     const order = table.map((_, k) => k).filter((k) => given[k] === null).sort((one, two) => free[one] - free[two]);
-    const chosen = [...given];
-    const cost = (k, choice) => chosen.reduce((sum, other, m) => {
-      if (other === null || m === k) return sum;
-      return sum + (other.slot === choice.slot ? Infinity : 0) + (meet(choice.leader, other.leader) ? CROSSING : 0);
-    }, choice.cost);
-    const settle = (k) => {
-      const before = chosen[k];
-      for (const choice of table[k]) if (chosen[k] === null || cost(k, choice) < cost(k, chosen[k])) chosen[k] = choice;
-      return chosen[k] !== before;
-    };
-    const exchange = (k, m) => {
-      const [mine, other] = [chosen[k], chosen[m]];
-      const before = cost(k, mine) + cost(m, other);
-      [chosen[k], chosen[m]] = [table[k][other.slot], table[m][mine.slot]];
-      if (cost(k, chosen[k]) + cost(m, chosen[m]) < before - 1e-9) return true;
-      [chosen[k], chosen[m]] = [mine, other];
-      return false;
-    };
-    order.forEach(settle);
-    for (let round = 0, better = true; better && round < order.length; round++) {
-      better = order.map(settle).some(Boolean);
-      for (const k of order) for (const m of order) if (m < k && exchange(k, m)) better = true;
+    let best_found = null;
+    for (let round = 0; round < ATTEMPTS; round++) {
+      const chosen = arranged(table, given, order);
+      const clashes = this.#clashes(chosen);
+      const count = clashes.filter(Boolean).length;
+      if (best_found === null || count < best_found.count) best_found = { chosen, count };
+      if (count === 0 || !order.some((k) => clashes[k])) break;
+      order.sort((one, two) => clashes[two] - clashes[one]); // those that found no free way go first
     }
-    return chosen;
+    return best_found.chosen;
   }
 
   /** Names of points on that side of them where they cover least. */
@@ -396,10 +416,11 @@ class Mechanism {
     this.labels.keep(before?.labels);
     const longest = Math.max(0, ...this.labels.bodies.map(({ name }) => name.length));
     const column = longest ? (LETTER_SHARE * longest + 3) * LETTER : 0;
-    const scale = Math.min(Math.max(this.room.width - column, 0.4 * this.room.width) / width, (this.room.height - 2.8 * GAP - 2 * LETTER) / height);
+    const scale = Math.min(Math.max(this.room.width - column, 0.4 * this.room.width) / width, (this.room.height - 3.6 * GAP - 2 * LETTER) / height);
     this.size = LETTER / scale;
+    for (const text of this.machine.querySelectorAll(":scope > text")) text.setAttribute("font-size", this.size);
     const above = this.labels.bodies.length ? GAP / scale : 0; // for leaders over all bodies, and below them
-    const tall = Math.max(height + 2.8 * above, (this.labels.bodies.length * GAP) / scale);
+    const tall = Math.max(height + 3.6 * above, ((this.labels.bodies.length + SPARE) * above) || 0);
     this.near_box = [left, top - above, width + column / scale, tall + 2 * this.size];
     this.names = this.labels.build(this.size, left, left + width + 1.5 * this.size, top - above, tall);
     this.svg.querySelector(":scope > .names")?.remove();
@@ -417,7 +438,21 @@ class Mechanism {
     const bar = make("path", { class: "scale", d: `M${x} ${y - notch}V${y}H${x + length}V${y - notch}` });
     const text = make("text", { x: x + length / 2, y: y - notch, "font-size": this.size, "text-anchor": "middle" }, `${digits(length)} mm`);
     this.svg.querySelector(":scope > .bar")?.remove();
-    this.svg.append(make("g", { class: "bar" }, bar, text));
+    this.svg.append(make("g", { class: "bar" }, bar, text, ...this.#travel(x + longest + 2 * this.size, y)));
+  }
+
+  /** An arrow in the direction of travel with its speed, if there is one, beside the scale. */
+  #travel(x, y) {
+    const { travel, share, record } = this.motion;
+    const last = this.motion.moments - 1;
+    const speed = (travel(last) - travel(0)) / (1000 * record.seconds * (share(last) - share(0)));
+    if (!speed) return [];
+    const size = this.size;
+    const [start, end] = speed > 0 ? [x, x + 3 * size] : [x + 3 * size, x];
+    const back = end - 0.6 * size * Math.sign(speed);
+    const d = `M${start} ${y}H${end}M${back} ${y - 0.3 * size} ${end} ${y} ${back} ${y + 0.3 * size}`;
+    const text = make("text", { x: x + 3.6 * size, y: y + size / 3, "font-size": size }, `travel ${Number(Math.abs(speed).toPrecision(4))} m/s`);
+    return [make("path", { class: "scale", d }), text];
   }
 
   /** Show or hide the names; they are relative to the machine. */
@@ -436,6 +471,7 @@ class Mechanism {
   /** Look from the ground, over which the machine travels, or from the machine. */
   look(overGround) {
     this.overGround = overGround;
+    this.svg.classList.toggle("over-ground", overGround);
     this.#box();
     this.names.style.display = overGround || this.named_shown === false ? "none" : "";
     if (this.ground) this.ground.style.display = overGround ? "" : "none";
@@ -870,8 +906,11 @@ export class Drawing {
 
   /** The points that move, those of bodies without a point of the ground first: the others run on simple curves. */
   #traceable() {
-    const { points, chains } = this.motion.record;
-    const rests = (number) => points[number].every((channel) => typeof channel === "number");
+    const { points, chains, moments } = this.motion;
+    const rests = (number) => points[number].every((channel) => {
+      for (let i = 1; i < moments; i++) if (channel(i) !== channel(0)) return false;
+      return true;
+    });
     const guided = ({ number }) => chains.some((chain) => chain.points.includes(number) && chain.points.some(rests));
     const moving = this.mechanism.labels.points.filter(({ number }) => !rests(number));
     return [...moving.filter((point) => !guided(point)), ...moving.filter(guided)];

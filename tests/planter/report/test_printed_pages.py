@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import re
+import shutil
 import subprocess
 from pathlib import Path
 
@@ -23,6 +24,8 @@ ROUNDING_PT = 1e-3
 """Rounding of pixels [pt]."""
 PRINTED_PX = 680
 """Width of the printed column, 180 mm, in pixels."""
+ZOOM = 3
+"""Largest scale at which sizes of a PDF are read, as whole numbers."""
 UNFOLDED = "<style>.details { display: none; }</style></head>"
 """What leaves the main part of a page."""
 SIZES = """() => [...document.querySelectorAll("p, td, th, dt, dd, h1, h2, text, li, figcaption")]
@@ -48,6 +51,19 @@ def count_sheets(page: str, folder: Path) -> int:
     command += [f"--print-to-pdf={printed}", "--no-pdf-header-footer", source.as_uri()]
     subprocess.run(command, check=True, capture_output=True, timeout=120)
     return len(re.findall(rb"/Type\s*/Page\b", printed.read_bytes()))
+
+
+def read_font_sizes(printed: Path) -> set[float]:
+    """Return the sizes [pt] of all texts of a PDF, to a third of a point; figures have their letters as
+    outlines.
+    """
+    program = shutil.which("pdftohtml")
+    if program is None:
+        pytest.skip("needs pdftohtml of poppler")
+    command = [program, "-xml", "-i", "-zoom", str(ZOOM), "-stdout", str(printed)]
+    text = subprocess.run(command, check=True, capture_output=True, text=True, timeout=60).stdout
+    sizes = re.findall(r'<fontspec [^>]*size="(\d+)"', text)
+    return {int(size) / ZOOM for size in sizes}
 
 
 def count_main_sheets(page: str, folder: Path) -> int:
@@ -153,6 +169,20 @@ def check_sizes(page: str, folder: Path) -> None:
     assert min(sizes)[0] >= LEAST_PT - ROUNDING_PT, min(sizes)
     assert min(tampered)[0] < LEAST_PT
     assert min(scales) > 0.95
+
+
+def test_printed_texts_have_seven_points(crank: str, tmp_path: Path) -> None:
+    """The report of a mechanism with its drawing; tampered: tables in six points."""
+    _, printed, refused = run("simulate", crank, "--out", str(tmp_path / "out"))
+    assert printed, refused
+    page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    count_sheets(page, tmp_path)
+    sizes = read_font_sizes(tmp_path / "printed.pdf")
+    assert len(sizes) > 5
+    assert min(sizes) >= LEAST_PT - 0.5 / ZOOM
+    small = "<style>td { font-size: 6pt !important; }</style></head>"
+    count_sheets(page.replace("</head>", small, 1), tmp_path)
+    assert min(read_font_sizes(tmp_path / "printed.pdf")) < LEAST_PT - 0.5 / ZOOM
 
 
 def test_failures_open_the_page_with_value_and_angle(crank: str, tmp_path: Path) -> None:

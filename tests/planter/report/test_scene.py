@@ -24,7 +24,7 @@ from planter.kernels import Array
 from planter.papers.planting.file import load
 from planter.papers.planting.model import Device
 from planter.papers.planting.report import scene
-from planter.papers.planting.report.scene import build_scene
+from planter.papers.planting.report.scene import build_scene, list_nozzle_changes
 from planter.report.animation import MotionBlock, pack_scene
 from planter.report.html import Section, render_page
 from planter.report.picture import draw_picture
@@ -143,6 +143,33 @@ def test_the_nozzle_ends_where_the_tip_is(device: Device, device_scene: Scene) -
     )
     assert arm.turn == 0
     assert tip == pytest.approx(np.array([turn["tip_machine_x_mm"], turn["tip_y_mm"]]), abs=1e-9)
+
+
+def test_nozzles_change_where_the_paper_marks_swings() -> None:
+    """Fig. 9 of the paper: the lower nozzle closes near 100 deg, the upper one opens near 160 and
+    closes near 280, the lower one opens near 340.
+    """
+    paper = Device(load("wang2017"))
+    changes = list_nozzle_changes(paper, paper.design)
+    assert [change.side for change in changes] == [2, 1, 1, 2]
+    assert [change.opens for change in changes] == [False, True, False, True]
+    angles = [change.angle_deg for change in changes]
+    assert angles == pytest.approx([100, 160, 280, 340], abs=5)
+    assert np.array(angles[2:]) - angles[:2] == pytest.approx([180, 180])
+    tips = paper.columns(paper.design, np.radians(angles))
+    lowest = float(paper.columns(paper.design, sample_angles(360, 2 * np.pi))["tip_y_mm"].min())
+    assert tips["tip_y_mm"][1] == pytest.approx(lowest, abs=1.0)
+
+
+def test_soil_lies_beneath_the_machine_where_the_file_has_it(device_scene: Scene) -> None:
+    (soil,) = (body for body in device_scene.bodies if body.name == "soil")
+    surface = soil.outlines[0].points[:, 1].max()
+    (tip,) = (point for point in device_scene.points if point.traced)
+    assert surface - np.min(tip.y) == pytest.approx(60.0)  # the depth of the file
+    paper = Device(load("wang2017"))
+    assert all(
+        body.name != "soil" for body in build_scene(paper, paper.design, toothed=False).bodies
+    )
 
 
 def test_packed_series_unpack_as_single_floats(device_scene: Scene) -> None:

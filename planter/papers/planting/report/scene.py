@@ -5,7 +5,7 @@ both sides.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -77,6 +77,36 @@ WIDE = 0.06
 """Half the width of a nozzle half at its root, in parts of its length: the machine file does not
 hold it.
 """
+CHANGES = {"cam, start of the rise": True, "cam, start of the fall": False}
+"""Breakpoints at which a nozzle begins to open (True) or to close."""
+STEP_DEG = 1.0
+"""Angle after a breakpoint at which it is seen which side's nozzle swings."""
+
+
+@dataclass(frozen=True)
+class NozzleChange:
+    """A carrier angle [deg] at which the nozzle of a side begins to open or to close."""
+
+    angle_deg: float
+    side: int
+    opens: bool
+
+
+def list_nozzle_changes(device: Device, x: Array) -> list[NozzleChange]:
+    """Return where the nozzles of a design x (p,) in SI begin to open and to close, over a cycle."""
+    changes = []
+    for breakpoint_ in list_breakpoints(device.force, device.prologue(x)):
+        if breakpoint_.name in CHANGES:
+            angles = breakpoint_.angle + np.radians([0.0, STEP_DEG])
+            swings = np.ptp(device.columns(x, angles)["theta1_deg"]) > 0
+            angle_deg = float(np.degrees(breakpoint_.angle))
+            side = 1 if swings else 2
+            changes.append(NozzleChange(angle_deg, side, CHANGES[breakpoint_.name]))
+    return sorted(changes, key=lambda change: change.angle_deg)
+
+
+SOIL_BELOW, SOIL_BESIDE = 30.0, 40.0
+"""How far soil is drawn below the lowest tip, and beside the path of the tips [mm]."""
 
 
 def build_scene(
@@ -113,6 +143,7 @@ def build_scene(
             carrier,
             *_halves(device, columns, corner),
             *_before(device, before),
+            *_soil_beneath(device, columns),
         ),
         points=points,
         forces=[_force(columns, name, side) for side in (1, 2) for name in FORCES],
@@ -131,7 +162,7 @@ def build_scene(
         labels=(
             Label("nozzle opening (front view)", float(corner[0]), float(corner[1]) + 70, "end"),
         ),
-        ground=_soil(device, columns, forward * seconds * 1e3),
+        ground=_planted_soil(device, columns, forward * seconds * 1e3),
         travel=1e3 * forward * columns["phi_deg"] / 360 * seconds,
     )
 
@@ -270,29 +301,50 @@ def _before(device: Device, x: Array | None) -> list[Body]:
     return [Body("path of the tip before, side 1", (Outline(path, "before"),))]
 
 
-def _soil(device: Device, columns: dict[str, Array], advance: float) -> list[Outline]:
-    """The surface of the soil over the way of a turn, and where both sides plant; only where the
-    file says how deep.
+def _find_surface(device: Device, lowest: float) -> float | None:
+    """Return the level of the soil [mm] with the lowest tip point, None if the file does not say
+    it.
+    """
+    required = device.machine.requirements
+    return None if required is None else required.surface_mm(lowest)
+
+
+def _lay_soil(ends: tuple[float, float], surface: float, lowest: float) -> list[Outline]:
+    """Return the ground between two ends [mm], and its surface."""
+    (left, right), bottom = ends, lowest - SOIL_BELOW
+    corners = [[left, surface], [right, surface], [right, bottom], [left, bottom]]
+    line = Outline(np.array(corners[:2]), "ground", closed=False)
+    return [Outline(np.array(corners), "soil"), line]
+
+
+def _soil_beneath(device: Device, columns: dict[str, Array]) -> list[Body]:
+    """Return the soil beneath the path of the tips, where the machine is at rest."""
+    lowest = float(np.min(columns["tip_y_mm"]))
+    surface = _find_surface(device, lowest)
+    if surface is None:
+        return []
+    x = columns["tip_machine_x_mm"]
+    ends = float(np.min(x)) - SOIL_BESIDE, float(np.max(x)) + SOIL_BESIDE
+    return [Body("soil", _lay_soil(ends, surface, lowest))]
+
+
+def _planted_soil(device: Device, columns: dict[str, Array], advance: float) -> list[Outline]:
+    """Return the soil over the way of a turn, and where both sides plant; only where the file says
+    how deep.
     """
     low = int(np.argmin(columns["tip_y_mm"]))
     lowest = float(columns["tip_y_mm"][low])
-    required = device.machine.requirements
-    surface = None if required is None else required.surface_mm(lowest)
+    surface = _find_surface(device, lowest)
     if surface is None:
         return []
     depth = surface - lowest
     first = float(columns["tip_x_mm"][low])
-    reach = np.sort(
-        [
-            float(np.min(columns["tip_machine_x_mm"])),
-            float(np.max(columns["tip_machine_x_mm"])) + advance,
-        ]
-    )
-    line = Outline(np.array([[reach[0], surface], [reach[1], surface]]), "ground", closed=False)
+    x = columns["tip_machine_x_mm"]
+    left, right = sorted((float(np.min(x)), float(np.max(x)) + advance))
     plants = first + advance / 2 * np.arange(-1, 2)
-    inside = plants[(plants >= reach[0]) & (plants <= reach[1])]
+    inside = plants[(plants >= left) & (plants <= right)]
     holes = [
         Outline(np.array([[at, surface], [at, surface - depth]]), "ground", closed=False)
         for at in inside
     ]
-    return [line, *holes]
+    return [*_lay_soil((left, right), surface, lowest), *holes]

@@ -125,7 +125,7 @@ def series(scene: Any, place: Sequence[Any]) -> Array:
         return np.asarray(getattr(scene.curves[rest[0]], rest[1]))
     if key == "bodies":
         body = list(scene.all_bodies())[rest[0]]
-        return np.asarray((*body.at, body.turn)[rest[1]])
+        return np.asarray((*body.at, body.turn, *body.scale)[rest[1]])
     if key == "points":
         point = scene.points[rest[0]]
         return np.asarray((point.x, point.y)[rest[1]])
