@@ -147,7 +147,9 @@ class MechanismView:
         """Return the results that change over the cycle, loads before motions."""
         from planter.engine.wording import name_quantity
 
-        results = {quantity.key: quantity for quantity in self._compute_cycle(values).machine.results}
+        results = {
+            quantity.key: quantity for quantity in self._compute_cycle(values).machine.results
+        }
         return [
             GoalQuantity(results[key].name, name_quantity(results[key]))
             for key in self._list_moving(values)

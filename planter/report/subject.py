@@ -201,7 +201,9 @@ def _describe_answer(answer: Mapping[str, Any]) -> str:
         return "Best so far: a design that meets all limits."
     first, best = answer.get("start_objective"), f"{answer['objective']:.6g}"
     if not answer.get("finished", True):
-        return f"Best so far: objective {best}{'' if first is None else f' instead of {first:.6g}'}."
+        return (
+            f"Best so far: objective {best}{'' if first is None else f' instead of {first:.6g}'}."
+        )
     agreeing = answer.get("certificate")
     starts = (
         f" ({agreeing['agreeing_starts']} of {agreeing['starts']} starts agree)" if agreeing else ""

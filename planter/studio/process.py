@@ -162,9 +162,7 @@ class StudioProcess:
         self._process = await workers.start_async_program("planter", *words)
         return self._process
 
-    async def _follow(
-        self, process: asyncio.subprocess.Process, labels: Mapping[str, str]
-    ) -> str:
+    async def _follow(self, process: asyncio.subprocess.Process, labels: Mapping[str, str]) -> str:
         """Send the progress of a process line by line until it ends, and return the last one."""
         assert process.stderr is not None
         last = ""

@@ -228,7 +228,13 @@ class PlantingView:
         )
 
     def describe_goal(self) -> str:
-        """Return the weighted sum of range and scatter of the support force."""
+        """Return the sum of the file, or the weighted one of range and scatter of the support
+        force.
+        """
+        if self.machine.objective_terms:
+            from planter.mechanism.optimisation import StatedGoal
+
+            return StatedGoal.read(self._device("exact", {}).force.machine).describe()
         weights = self.machine.objective
         scatter = "variance [N²]" if weights.kind == "paper" else "standard deviation [N]"
         parts = (
@@ -291,9 +297,7 @@ class PlantingView:
 
         device, x = self._at(values, model)
         force = evaluate_true_extremes(device, x)
-        forces = [
-            Reading(*result) for result in _list_force_results(force.objective, force)
-        ]
+        forces = [Reading(*result) for result in _list_force_results(force.objective, force)]
         if quickly:
             sampled = self.readings(values, model)
             first = len(sampled) - len(SIZES) - len(LOADS)
@@ -311,7 +315,9 @@ class PlantingView:
 
         key = device.model, load
         latest, machine = self._curves.get(key), device.force.machine
-        curves = QuantityCurves(machine, (load,)) if latest is None else latest.with_machine(machine)
+        curves = (
+            QuantityCurves(machine, (load,)) if latest is None else latest.with_machine(machine)
+        )
         self._curves[key] = curves
         return curves
 
