@@ -12,7 +12,7 @@ from functools import cache
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import expect
+from playwright.sync_api import Page, expect
 from websockets.exceptions import InvalidStatus
 
 from planter import simulate
@@ -411,6 +411,12 @@ def test_machine_prepared_in_advance_is_that_of_its_file(tmp_path: Path) -> None
     assert values["design.R3_mm"] == 30.7
 
 
+MIDDLE = """([selector, name]) => {
+  const part = [...document.querySelectorAll(selector)].find((one) => one.querySelector("title")?.textContent === name);
+  const box = part.getBoundingClientRect();
+  return [[(box.left + box.right) / 2, (box.top + box.bottom) / 2], part.dataset.point];
+}"""
+"""Middle of a part of the drawing with a name, and its number if it is a point."""
 MEASURED = """async () => {
   const slider = document.querySelector('[data-path="design.R3_mm"] input[type="range"]');
   const move = (share) => {
@@ -469,6 +475,34 @@ def test_a_page_follows_a_hand(address: str) -> None:
     )
     assert force.endswith(f", printed {expected[2]['at'][0]['support_N']:.5g} N")
     assert hosts <= {address.split("/")[2]}
+
+
+@pytest.mark.long
+def test_points_and_springs_are_chosen_by_a_click(tmp_path: Path) -> None:
+    """A point's path appears and goes, the curve is the force of a spring and then its length; the
+    page says that it loads before there is a drawing.
+    """
+    folder = own.generated("slider_crank")
+    loading: list[str] = []
+
+    def prepare(page: Page) -> None:
+        page.on("domcontentloaded", lambda: loading.append(page.locator("#loading").inner_text()))
+
+    with (
+        studio(tmp_path, str(folder / "slider_crank.toml")) as address,
+        page_of(address, "slider_crank.toml", prepare) as page,
+    ):
+        assert loading[0].startswith("Loading")
+        expect(page.locator("#loading")).to_be_hidden()
+        (x, y), number = page.evaluate(MIDDLE, ["[data-point]", "A"])
+        trace = page.locator(f'#drawings [data-trace="{number}"]')
+        for visibility in ("visible", "hidden"):
+            page.mouse.click(x + 3, y)
+            expect(trace).to_have_attribute("visibility", visibility)
+        (x, y), _ = page.evaluate(MIDDLE, [":is([data-chain], [data-body])", "spring"])
+        for symbol in ("F_spring", "l_spring"):
+            page.mouse.click(x, y)
+            expect(page.locator("#curve select option:checked")).to_contain_text(f"({symbol})")
 
 
 @pytest.mark.long
