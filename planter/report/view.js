@@ -18,6 +18,7 @@ const BEND = 40; // what a bend costs, in pixels of a leader's length
 const PATIENCE = 4; // moments for which leaders that cross something stay, where there were no better ones
 const ENCLOSED = 0.02; // weight of leaving an outline that encloses the beginning of a leader
 const SIDES = [[1, -1], [-1, -1], [1, 1], [-1, 1], [0, -1], [0, 1], [1, 0], [-1, 0]]; // of a point, where its name can be
+const REACH = 12; // of a click, in pixels
 const SHORTEST = 2; // seconds that a cycle is shown for at first
 
 /** Series of float32, one after another, each of `moments` numbers; or what stands still or goes on evenly. */
@@ -721,6 +722,7 @@ export class Drawing {
     element.append(this.controls);
     this.load(record);
     element.addEventListener("keydown", (event) => this.key(event));
+    element.addEventListener("click", (event) => this.#pick(event));
     if (typeof ResizeObserver !== "undefined") new ResizeObserver(() => this.#resize()).observe(element);
   }
 
@@ -930,6 +932,36 @@ export class Drawing {
     apart.hidden = this.motion.curves.every((curve) => curve.reference === null);
     this.curve.choose(0, false, false, false);
     return make("div", { class: "curves" }, make("div", { class: "row" }, this.which, minus, apart, over), this.curve.svg);
+  }
+
+  /** Show the path of a point that is clicked, or hide it; show the force of a spring, then its length. */
+  #pick(event) {
+    if (!event.target.closest("svg.mechanism") || event.target.closest(".handle")) return;
+    const [x, y] = [event.clientX, event.clientY];
+    const distance = (point) => {
+      const box = point.getBoundingClientRect();
+      return Math.hypot(x - (box.left + box.right) / 2, y - (box.top + box.bottom) / 2);
+    };
+    const title = (part) => part.querySelector(":scope > title")?.textContent ?? "";
+    const points = this.mechanism.points.filter((point) => distance(point) <= REACH && title(point));
+    const nearest = points.sort((one, two) => distance(one) - distance(two)).map(title);
+    const labels = Array.from(this.controls.querySelectorAll(".choices label"));
+    const found = nearest.map((name) => labels.find((label) => label.textContent.trim() === `path of ${name}`)).find(Boolean);
+    if (found) { found.control.click(); return; }
+    if (!this.curve) return;
+    const around = [[0, 0], [REACH, 0], [-REACH, 0], [0, REACH], [0, -REACH]];
+    const parts = around.map(([dx, dy]) => document.elementFromPoint(x + dx / 2, y + dy / 2)?.closest("[data-body], [data-chain]"));
+    const curves = parts.filter(Boolean).map((part) => this.#curves_of(title(part))).find((numbers) => numbers.length);
+    if (!curves) return;
+    this.which.value = curves[(curves.indexOf(Number(this.which.value)) + 1) % curves.length];
+    this.choose();
+  }
+
+  /** The numbers of the curves of a spring's or strut's force and length. */
+  #curves_of(name) {
+    const symbols = ["F", "l"].map((letter) => `(${letter}_${name.replaceAll(" ", "_")})`);
+    const { curves } = this.motion;
+    return symbols.map((symbol) => curves.findIndex((curve) => curve.name.endsWith(symbol))).filter((k) => k >= 0);
   }
 
   /** Play, go on, back and to events by keys. */

@@ -249,7 +249,7 @@ class Live:
         elif message.get("ask") == "stop":
             self.search.stop()
         elif message.get("ask") == "cancel":
-            (self.export if message.get("work") == "export" else self.search).cancel()
+            self.export.cancel()
         elif message.get("ask") == "open":
             self._to_open, self._newest = message, None
             self._requested.set()

@@ -31,6 +31,7 @@ from planter.report.subject import (
     STEPS,
     AskingSearch,
     Export,
+    GoalQuantity,
     LockingSearch,
     Refining,
     Searching,
@@ -248,14 +249,11 @@ class Session:
 
         Raises InputError if the machine cannot be optimised.
         """
-        machine, values = self._searching, self._values_and_model(message)[0]
-        quantities = (
-            machine.list_goal_quantities(values) if isinstance(machine, AskingSearch) else ()
-        )
+        machine = self._searching
         return {
             "plan": {
                 "goal": machine.describe_goal(),
-                "quantities": [asdict(quantity) for quantity in quantities],
+                "quantities": [asdict(quantity) for quantity in self._goal_quantities(message)],
                 "aims": list(GOALS),
                 "starts": machine.starts,
             }
@@ -283,7 +281,7 @@ class Session:
         folder = f"search{self._searches}"
         path = self._store(folder, "machine.toml", self._search_text(message))
         out = path.with_name("out")
-        options = ["--model", model] if len(machine.models) > 1 else []
+        options = ["--model", model] if len(self._open.models) > 1 else []
         options += ["--starts", str(starts)] if machine.starts > 1 else []
         options += [f"--least={least}"] if least else []
         closest = {str(out / CLOSEST_FILE): "B"}
@@ -292,7 +290,7 @@ class Session:
             "command": [*machine.search, str(path), *options, "--json", "--out", str(out)],
             "out": str(out),
             "labels": {
-                str(path): machine.name,
+                str(path): self._open.name,
                 **closest,
                 **keys,
                 **self._names,
@@ -310,14 +308,15 @@ class Session:
         machine, goal = self._searching, _table(message, "goal")
         if not goal and machine.describe_goal():
             return ""
-        values = self._values_and_model(message)[0]
-        quantities = (
-            machine.list_goal_quantities(values) if isinstance(machine, AskingSearch) else ()
-        )
-        name, aim = goal.get("quantity"), goal.get("aim")
-        if aim not in GOALS or name not in [quantity.name for quantity in quantities]:
+        names = [quantity.name for quantity in self._goal_quantities(message)]
+        name, template = goal.get("quantity"), GOALS.get(str(goal.get("aim")))
+        if template is None or name not in names:
             raise InputError("choose a quantity, and what a search is to do with it")
-        return GOALS[aim].format(name)
+        return template.format(name)
+
+    def _goal_quantities(self, message: Message) -> Sequence[GoalQuantity]:
+        machine, values = self._open, self._values_and_model(message)[0]
+        return machine.list_goal_quantities(values) if isinstance(machine, AskingSearch) else ()
 
     def _describe_goal(self, machine: Searching, least: str) -> str:
         if not least:

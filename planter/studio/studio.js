@@ -576,7 +576,7 @@ function key(event) {
 }
 
 $("export").addEventListener("click", () => {
-  if (exporting()) { send({ ask: "cancel", work: "export" }); exported({ exporting: null }); say("The export was given up."); }
+  if (exporting()) { send({ ask: "cancel" }); exported({ exporting: null }); say("The export was given up."); }
   else send({ ask: "export", values: state.values, model: state.model, ...chosen() });
 });
 $("source").addEventListener("change", () => {

@@ -16,6 +16,7 @@ from hypothesis import strategies as st
 
 from planter.studio import live
 from planter.studio.live import Live, StudioAnswer
+from planter.studio.process import SearchEnding
 from tests.attack.test_attack import SEED, share
 
 pytest.importorskip("starlette")
@@ -56,24 +57,27 @@ class Socket:
 async def ask(self: Any, *words: Any) -> StudioAnswer:
     """Answer in place of a process, after a turn of the loop."""
     await asyncio.sleep(0)
-    return StudioAnswer('{"works": [], "command": ["help"], "labels": {}, "goal": "", "starts": 1}')
+    return StudioAnswer(
+        '{"works": [], "command": ["help"], "out": "", "labels": {}, "goal": "", "starts": 1}'
+    )
 
 
-async def run_nothing(self: Any, *words: Any) -> str:
-    """Return the output of a command that is not run."""
+async def run_nothing(self: Any, *words: Any) -> SearchEnding:
+    """Return the end of a search that is not run."""
     await asyncio.sleep(0)
-    return "{}"
+    return SearchEnding({}, "")
 
 
 def list_warnings(messages: list[tuple[Any, int]]) -> list[str]:
     """Return what Python warns of while a page sends messages and closes."""
     with pytest.MonkeyPatch.context() as patch, warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
-        for name in ("begin", "open", "ask", "_ask"):
+        for name in ("open", "ask", "_ask"):
             patch.setattr(live.RemoteSession, name, ask)
-        patch.setattr(live.StudioProcess, "command", run_nothing)
+        patch.setattr(live.RemoteSession, "start", lambda self: None)
+        patch.setattr(live.StudioProcess, "search", run_nothing)
         socket = Socket(messages)
-        asyncio.run(Live(socket, Path(mkdtemp())).run())  # type: ignore[arg-type]
+        asyncio.run(Live(Path(mkdtemp())).run(socket))  # type: ignore[arg-type]
         gc.collect()
     assert socket.sent
     return [

@@ -228,7 +228,13 @@ class PlantingView:
         )
 
     def describe_goal(self) -> str:
-        """Return the weighted sum of range and scatter of the support force."""
+        """Return the sum of the file, or the weighted one of range and scatter of the support
+        force.
+        """
+        if self.machine.objective_terms:
+            from planter.mechanism.optimisation import StatedGoal
+
+            return StatedGoal.read(self._device("exact", {}).force.machine).describe()
         weights = self.machine.objective
         scatter = "variance [N²]" if weights.kind == "paper" else "standard deviation [N]"
         parts = (

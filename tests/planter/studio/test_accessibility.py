@@ -173,11 +173,49 @@ def test_theme_is_chosen_and_survives_a_reload(chromium: Browser, tmp_path: Path
 
 @pytest.mark.long
 def test_studio_fills_a_large_window(chromium: Browser, tmp_path: Path) -> None:
-    """Panels scroll, and the page does not."""
+    """Panels scroll, and the page does not; drawing, curve and verdict are in sight together, also
+    with two designs.
+    """
     with open_studio(chromium, tmp_path) as page:
+        page.keyboard.press("k")
+        expect(page.locator("#drawings .ghost")).to_have_count(1)
+        for part in ("#drawings svg.mechanism", "#drawings .controls", "#curve svg", "#verdict"):
+            box = page.locator(part).bounding_box()
+            assert box
+            assert min(box["width"], box["height"]) > 100 or part == "#drawings .controls"
+            assert box["x"] >= 0
+            assert box["y"] >= 0
+            assert box["x"] + box["width"] <= 1280
+            assert box["y"] + box["height"] <= 800
         excess = "(part) => part.scrollHeight - part.clientHeight"
         assert page.locator("html").evaluate(excess) == 0
         assert page.locator("#told").evaluate(excess) > 0
+
+
+@pytest.mark.long
+def test_axe_finds_no_serious_violation(chromium: Browser, tmp_path: Path) -> None:
+    """In both schemes, with the question before a search and all parts open."""
+    script = Path(pytest.importorskip("axe_core_python").__file__).with_name("axe.min.js")
+    folder, name = own.generated("slider_crank"), "slider_crank.toml"
+    with studio(tmp_path, str(folder / name)) as address:
+        for scheme in SCHEMES:
+            context = chromium.new_context(color_scheme=scheme, bypass_csp=True)
+            page = context.new_page()
+            page.goto(f"{address}#{name}")
+            page.wait_for_selector("body[data-detailed]", timeout=60_000)
+            page.click("#optimise")
+            page.wait_for_selector("#plan:not([hidden])", timeout=60_000)
+            page.evaluate(
+                "() => document.querySelectorAll('details').forEach((part) => part.open = true)"
+            )
+            page.evaluate(script.read_text(encoding="utf-8"))
+            violations = page.evaluate("async () => (await axe.run(document)).violations")
+            context.close()
+            assert not [
+                violation["id"]
+                for violation in violations
+                if violation["impact"] in ("serious", "critical")
+            ]
 
 
 @pytest.mark.long
