@@ -4,6 +4,7 @@ name targets.
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import subprocess
@@ -99,6 +100,16 @@ def test_every_file_has_a_licence_by_the_rules_of_reuse() -> None:
         paths = annotation["path"] if isinstance(annotation["path"], list) else [annotation["path"]]
         assert all(path.startswith("tests/papers/") and list(ROOT.glob(path)) for path in paths)
     assert (ROOT / "LICENSES" / "Apache-2.0.txt").read_bytes() == (ROOT / "LICENSE").read_bytes()
+
+
+def test_size_of_the_installation_is_recorded() -> None:
+    """Versions of packages differ by less than a fifth in their sizes."""
+    recorded = json.loads(licences.SIZE.read_text(encoding="utf-8"))
+    try:
+        measured = licences.measure_installation()
+    except PackageNotFoundError as missing:
+        pytest.skip(f"{missing} is not installed")
+    assert measured["size_GB"] == pytest.approx(recorded["size_GB"], rel=0.2)
 
 
 def test_licences_of_all_dependencies_are_listed() -> None:

@@ -106,7 +106,8 @@ def format_overview(records: Sequence[Record]) -> list[str]:
                 sum(r["fragile"] for r in paper_records),
             )
         )
-    return _table("paper | verdicts | at fault | causes | on a reading | on one character", rows)
+    head = "paper | verdicts | at fault | causes of these | on a reading | on one character"
+    return _table(head, rows)
 
 
 def _reference(reference: Record) -> list[str]:
@@ -160,7 +161,9 @@ def _causes(records: Sequence[Record]) -> list[str]:
     for cause in paper_causes:
         numbers = (equation.partition(": ")[2] for equation in cause["equations"])
         rows.append((cause["cause"], ", ".join(f"({number})" for number in numbers)))
-    count = f"{faulty} equations are at fault, for {len(paper_causes)} causes."
+    equations = "1 equation is" if faulty == 1 else f"{faulty} equations are"
+    reasons = "1 cause" if len(paper_causes) == 1 else f"{len(paper_causes)} causes"
+    count = f"{equations} at fault, for {reasons}."
     return [count, "", *_table("cause | equations", rows)]
 
 

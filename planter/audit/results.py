@@ -230,7 +230,11 @@ class ConsequenceResult(Record):
 
 @dataclass(frozen=True)
 class PaperSummary(Record):
-    """A paper: how often each verdict was given."""
+    """A paper: how often each verdict was given.
+
+    `causes` are those of the equations at fault, and errors in disclosed inputs that printed numbers
+    come from; each counts once.
+    """
 
     title: str
     equations: dict[str, int]

@@ -1,5 +1,5 @@
-"""`python -m tests.support.licences` writes docs/licences.md: what an installation brings, under
-which licences.
+"""`python -m tests.support.licences` writes docs/licences.md, what an installation brings, under
+which licences, and docs/installation.json, the size of the one that README names.
 
 The list is read from the environment that runs it, which must hold `planter` with all the extras
 for users.
@@ -7,9 +7,11 @@ for users.
 
 from __future__ import annotations
 
+import json
 import sys
 from collections.abc import Iterator, Mapping
 from importlib.metadata import PackageNotFoundError, distribution
+from pathlib import Path
 
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
@@ -17,6 +19,11 @@ from packaging.utils import canonicalize_name
 from tests.support.structure import ROOT
 
 PAGE = ROOT / "docs" / "licences.md"
+SIZE = ROOT / "docs" / "installation.json"
+INSTALLED = ("derive", "studio")
+"""Extras of the installation that README names."""
+PACKED = ("planter", "derive", "generated", "docs")
+"""Folders of the wheel."""
 EXTRAS = ("derive", "studio", "notebook", "compiler", "parquet", "cluster", "step")
 """Extras for those who use the package; the others are for those who work on it."""
 CLASSIFIER = "License :: OSI Approved :: "
@@ -86,6 +93,20 @@ def row(name: str, extra: str) -> str:
     return f"| {package.metadata['Name']} | {package.version} | {licence_names} | {extra} |\n"
 
 
+def measure_installation() -> dict[str, float | int]:
+    """Return the size of all files of an installation with the extras of README, and the number of
+    its packages.
+
+    Raises PackageNotFoundError.
+    """
+    names = set[str]().union(*(closure(extra) for extra in INSTALLED))
+    listed = [file.locate() for name in names for file in distribution(name).files or ()]
+    own = [file for folder in PACKED for file in (ROOT / folder).rglob("*")]
+    paths = {Path(str(path)) for path in (*listed, *own)}
+    size = sum(path.stat().st_size for path in paths if path.is_file())
+    return {"size_GB": round(size / 1e9, 3), "packages": len(names)}
+
+
 def page() -> str:
     """The page: what the package itself needs first, then what each extra adds.
 
@@ -103,5 +124,6 @@ def page() -> str:
 if __name__ == "__main__":
     try:
         PAGE.write_text(page(), encoding="utf-8")
+        SIZE.write_text(json.dumps(measure_installation()) + "\n", encoding="utf-8")
     except PackageNotFoundError as missing:
         sys.exit(f"{missing}: pip install '.[{','.join(EXTRAS)}]' first")

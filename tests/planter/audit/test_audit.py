@@ -26,6 +26,7 @@ from planter.kernels import generated
 from tests.support.cli import below
 from tests.support.sampled import sampled
 from tests.support.schemas import load_schema
+from tests.support.structure import ROOT
 
 PAPERS = ["wang2017", "shi2021", "yu2023", "sun2019"]
 VERDICTS = {"reproduced", "consistent", "not reproduced", "not recomputable"}
@@ -367,6 +368,9 @@ def test_other_error_is_identified() -> None:
 
 
 def test_causes_and_equations_are_counted_apart(audit: dict[str, Any]) -> None:
+    page = (ROOT / "generated" / "AUDIT.md").read_text(encoding="utf-8")
+    rows = [line for line in page.split("\n## ")[0].splitlines() if " | " in line]
+    overview = {row.split(" | ")[0].strip("| "): row for row in rows}
     for paper, summary in audit["summary"].items():
         causes = [c for c in audit["causes"] if c["paper"] == paper]
         assert summary["causes"] == len(causes)
@@ -376,7 +380,10 @@ def test_causes_and_equations_are_counted_apart(audit: dict[str, Any]) -> None:
             if e["paper"] == paper and e["grade"] == "at fault"
         }
         assert {n for c in causes for n in c["equations"]} == faulty
+        of_equations = sum(bool(c["equations"]) for c in causes)
+        assert f"| {summary['at_fault']} | {of_equations} |" in overview[paper]
         assert summary["at_fault"] >= len(faulty)
+    assert audit["summary"]["sun2019"]["causes"] == 2  # a claim, and a sign of a printed pose
 
 
 def scaled(value: Any, factor: float) -> Any:
