@@ -44,6 +44,7 @@ from planter.report.options import (
     SpeedOption,
     parse_changes,
     refuse_unused,
+    text_option,
     writes_files,
 )
 
@@ -73,11 +74,7 @@ def _list_reading() -> list[str]:
 def example(
     name: Annotated[
         str | None,
-        typer.Argument(
-            help="a built-in machine or data file",
-            show_default=False,
-            autocompletion=_list_examples,
-        ),
+        typer.Argument(help="a built-in machine or data file", autocompletion=_list_examples),
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
@@ -99,16 +96,10 @@ def example(
 @app.command("new")
 def write_template(
     template: Annotated[
-        str | None,
-        typer.Argument(
-            help="name of a template",
-            show_default=False,
-            autocompletion=_list_templates,
-        ),
+        str | None, typer.Argument(help="name of a template", autocompletion=_list_templates)
     ] = None,
     file: Annotated[
-        Path | None,
-        typer.Argument(help="file to write [default: named after it]", show_default=False),
+        Path | None, typer.Argument(help="file to write [default: named after it]")
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
@@ -140,15 +131,12 @@ FileArgument = Annotated[
     typer.Argument(
         metavar="FILE",
         help="a Python file, a folder of such files, or a robot (.urdf)",
-        show_default=False,
         autocompletion=complete_files(".py", ".urdf"),
     ),
 ]
 FolderOption = Annotated[
     Path | None,
-    typer.Option(
-        "--out", help="folder to write to [default: generated, next to FILE]", show_default=False
-    ),
+    typer.Option("--out", help="folder to write to [default: generated, next to FILE]"),
 ]
 TargetOption = Annotated[
     list[str] | None,
@@ -158,7 +146,6 @@ TargetOption = Annotated[
         help="also write this language (repeatable): matlab (function files for MATLAB and "
         "Octave), latex (the "
         "derivation as a document with numbered equations), or one that an installed package offers",
-        show_default=False,
     ),
 ]
 
@@ -186,8 +173,7 @@ def derive(
 @app.command()
 def schema(
     command: Annotated[
-        list[str] | None,
-        typer.Argument(help="a command, as `design clutch geometry`", show_default=False),
+        list[str] | None, typer.Argument(help="a command, as `design clutch geometry`")
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
@@ -216,7 +202,6 @@ def read_help(
         str | None,
         typer.Argument(
             help="a topic, a page, or a word of statements, such as m.pin",
-            show_default=False,
             autocompletion=_list_reading,
         ),
     ] = None,
@@ -244,8 +229,7 @@ def cite(
     name: Annotated[
         list[str] | None,
         typer.Argument(
-            help="a command, as `optimise` or `design clutch engage`, or a work, as wang2017",
-            show_default=False,
+            help="a command, as `optimise` or `design clutch engage`, or a work, as wang2017"
         ),
     ] = None,
     bibtex: Annotated[
@@ -312,7 +296,6 @@ def check_proof(
         typer.Argument(
             metavar="FILE",
             help="a proof.json of optimise --prove",
-            show_default=False,
             autocompletion=complete_files(".json"),
         ),
     ],
@@ -320,12 +303,7 @@ def check_proof(
         bool, typer.Option("--check", help="compute each of its bounds again (the default)")
     ] = True,
     machine: Annotated[
-        str | None,
-        typer.Option(
-            metavar="MACHINE",
-            help="the machine, if it is not where the proof says",
-            show_default=False,
-        ),
+        str | None, text_option("the machine, if it is not where the proof says", "MACHINE")
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
@@ -354,21 +332,16 @@ def diff(
         typer.Argument(
             metavar="A B [C ...]",
             help="two or more machines of one kind: files, or names of built-in ones",
-            show_default=False,
             autocompletion=complete_machines,
         ),
     ],
     model: ModelOption = ModelName.exact,
     quantity: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="NAME", help="also compare this curve (repeatable)", show_default=False
-        ),
+        list[str] | None, text_option("also compare this curve (repeatable)", "NAME")
     ] = None,
     hold: HoldOption = None,
     until: Annotated[
-        float | None,
-        typer.Option(metavar="S", min=1e-9, help="end of free motions [s]", show_default=False),
+        float | None, typer.Option(metavar="S", min=1e-9, help="end of free motions [s]")
     ] = None,
     set_: SetOption = None,
     speed_rpm: SpeedOption = None,
@@ -407,25 +380,17 @@ def explain(
         str | None,
         typer.Argument(
             help="a symbol or key, as F_B1x, mass.sun_kg, range_N, tip_x_mm; or a machine",
-            show_default=False,
             autocompletion=complete_machines,
         ),
     ] = None,
     key: Annotated[
-        str | None,
-        typer.Argument(help="with a machine: a symbol or key of it alone", show_default=False),
+        str | None, typer.Argument(help="with a machine: a symbol or key of it alone")
     ] = None,
     bodies: Annotated[
-        bool,
-        typer.Option("--bodies", help="cut each body of a machine free, with its forces"),
+        bool, typer.Option("--bodies", help="cut each body of a machine free, with its forces")
     ] = False,
     at: Annotated[
-        float | None,
-        typer.Option(
-            "--at",
-            help="with --bodies: angle of the drive [deg]; 50 by default",
-            show_default=False,
-        ),
+        float | None, typer.Option(help="with --bodies: angle of the drive [deg]; 50 by default")
     ] = None,
     out: OutOption = None,
     set_: SetOption = None,

@@ -21,6 +21,7 @@ from planter.report.options import (
     describe_motion_formats,
     parse_changes,
     refuse_unused,
+    text_option,
     writes_files,
 )
 
@@ -42,9 +43,7 @@ app = typer.Typer()
 app.add_typer(export, name="export")
 
 
-FolderOption = Annotated[
-    Path, typer.Option("--out", metavar="DIR", help="folder for the files", show_default=False)
-]
+FolderOption = Annotated[Path, typer.Option("--out", metavar="DIR", help="folder for the files")]
 
 
 InputsOption = Annotated[
@@ -54,7 +53,6 @@ InputsOption = Annotated[
         metavar="NAME",
         help="of what moves freely: a value of the file that is an input, beside those of the "
         "statement (repeatable)",
-        show_default=False,
     ),
 ]
 
@@ -230,8 +228,7 @@ def motion(
     ] = MotionFormat.csv,
     turns: Annotated[int, typer.Option(help="number of revolutions of the drive")] = 1,
     samples: Annotated[
-        int | None,
-        typer.Option(help="angles of a turn [default: the machine file's]", show_default=False),
+        int | None, typer.Option(help="angles of a turn [default: the machine file's]")
     ] = None,
     model: ModelOption = ModelName.exact,
     set_: SetOption = None,
@@ -266,12 +263,7 @@ class Fmi(enum.StrEnum):
 @writes_files()
 def fmu(
     machine: MachineArgument,
-    out: Annotated[
-        Path,
-        typer.Option(
-            "--out", metavar="FILE", help="the unit's file, which ends in .fmu", show_default=False
-        ),
-    ],
+    out: Annotated[Path, text_option("the unit's file, which ends in .fmu", "FILE")],
     fmi: Annotated[Fmi, typer.Option(help="version of the interface")] = Fmi.fmi2,
     model: ModelOption = ModelName.exact,
     set_: SetOption = None,

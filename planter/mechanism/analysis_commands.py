@@ -75,13 +75,10 @@ def cam(
         str,
         typer.Argument(
             help="a machine file, a built-in machine, or your mechanism",
-            show_default=False,
             autocompletion=complete_machines,
         ),
     ],
-    roller_mm: Annotated[
-        float, typer.Option(metavar="R", help="radius of the roller", show_default=False)
-    ],
+    roller_mm: Annotated[float, text_option("radius of the roller", "R")],
     y: Annotated[
         str | None,
         text_option(
@@ -98,8 +95,7 @@ def cam(
         text_option("for a mechanism: the follower's force, which lift-off ends", "NAME"),
     ] = None,
     bore_mm: Annotated[
-        float | None,
-        typer.Option(min=0.1, help="for a mechanism: bore of the disc", show_default=False),
+        float | None, typer.Option(min=0.1, help="for a mechanism: bore of the disc")
     ] = None,
     width_mm: Annotated[
         float,

@@ -60,8 +60,7 @@ def calibrate(
     model: Annotated[
         ModelName | None,
         typer.Option(
-            help="of a machine with two models [default: printed]; with --data both are tried",
-            show_default=False,
+            help="of a machine with two models [default: printed]; with --data both are tried"
         ),
     ] = None,
     data: Annotated[
@@ -92,7 +91,6 @@ def calibrate(
             min=1e-9,
             max=1e6,
             help="time from one row to the next, where no column tells it [s]",
-            show_default=False,
         ),
     ] = None,
     unit: Annotated[

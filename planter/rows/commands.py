@@ -24,6 +24,7 @@ from planter.report.options import (
     parse_changes,
     read_ranges,
     refuse_unused,
+    text_option,
     writes_files,
 )
 
@@ -62,20 +63,12 @@ def sweep(
     plan: Annotated[
         Path | None,
         typer.Argument(
-            metavar="PLAN",
-            help="a plan (TOML)",
-            show_default=False,
-            autocompletion=complete_files(".toml"),
+            metavar="PLAN", help="a plan (TOML)", autocompletion=complete_files(".toml")
         ),
     ] = None,
     listed: Annotated[
         str | None,
-        typer.Option(
-            "--list",
-            metavar="MACHINE",
-            help="list the inputs and outputs of a machine",
-            show_default=False,
-        ),
+        typer.Option("--list", metavar="MACHINE", help="list the inputs and outputs of a machine"),
     ] = None,
     workers: WorkersOption = None,
     cluster: ClusterOption = None,
@@ -138,25 +131,14 @@ def tolerance(
             help="machine file, or name of a built-in machine", autocompletion=complete_machines
         ),
     ],
-    tolerances: Annotated[
-        Path | None,
-        typer.Option("--tolerances", metavar="FILE", help="tolerances (TOML)", show_default=False),
-    ] = None,
+    tolerances: Annotated[Path | None, text_option("tolerances (TOML)", "FILE")] = None,
     output: Annotated[
         list[str] | None,
-        typer.Option(
-            metavar="NAME",
-            help='output to analyse, or a measure such as "jump F_Ox" (repeatable)',
-            show_default=False,
-        ),
+        text_option('output to analyse, or a measure such as "jump F_Ox" (repeatable)', "NAME"),
     ] = None,
     choose: Annotated[
         list[str] | None,
-        typer.Option(
-            metavar="NAME=TEXT",
-            help="value of an input with texts, such as model=printed",
-            show_default=False,
-        ),
+        text_option("value of an input with texts, such as model=printed", "NAME=TEXT"),
     ] = None,
     samples: Annotated[
         int | None,
@@ -164,7 +146,6 @@ def tolerance(
             min=100,
             max=100_000_000,
             help="number of random machines [default: 100000; 2000 of what moves freely]",
-            show_default=False,
         ),
     ] = None,
     indices: Annotated[
@@ -174,7 +155,6 @@ def tolerance(
             max=2**20,
             help="number of points of the Sobol' indices, a power of 2; 0: no indices [default: "
             "2048; 128 of what moves freely]",
-            show_default=False,
         ),
     ] = None,
     halved: Annotated[
@@ -184,7 +164,6 @@ def tolerance(
             max=100_000,
             help="number of machines to see what half of each tolerance would buy; 0: do not "
             "[default: 512; 64 of what moves freely]",
-            show_default=False,
         ),
     ] = None,
     robust: Annotated[

@@ -41,7 +41,6 @@ def linearise_mechanism(
             "--input",
             metavar="NAME",
             help="value of the file that is an input, beside those of the statement (repeatable)",
-            show_default=False,
         ),
     ] = None,
     set_: SetOption = None,

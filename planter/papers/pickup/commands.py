@@ -8,7 +8,14 @@ import typer
 
 from planter.report.completion import complete_sources
 from planter.report.console import Console
-from planter.report.options import JsonOption, OutOption, SetOption, parse_changes, writes_files
+from planter.report.options import (
+    JsonOption,
+    OutOption,
+    SetOption,
+    parse_changes,
+    text_option,
+    writes_files,
+)
 
 app = typer.Typer()
 
@@ -26,11 +33,7 @@ def analyse_pickup(
     ],
     at: Annotated[
         list[float] | None,
-        typer.Option(
-            metavar="DEG",
-            help="also report at this carrier angle from the farthest tip",
-            show_default=False,
-        ),
+        text_option("also report at this carrier angle from the farthest tip", "DEG"),
     ] = None,
     optimise: Annotated[
         bool, typer.Option("--optimise", help="move the value points until the requirements hold")
