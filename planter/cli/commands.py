@@ -198,6 +198,7 @@ def schema(
 
 @app.command(name="help")
 def read_help(
+    context: typer.Context,
     name: Annotated[
         str | None,
         typer.Argument(
@@ -220,7 +221,9 @@ def read_help(
             listed = guide.describe_guide()
             console.result(listed, lambda: print(guide.format_guide(listed)))
         else:
-            text = guide.read_guide(name)
+            root: Any = context.find_root().command
+            is_made = name == guide.COMMANDS
+            text = guide.describe_commands(root) if is_made else guide.read_guide(name)
             console.result(Topic(name, text), lambda: print(text.rstrip("\n")))
 
 
