@@ -1,6 +1,7 @@
 """Names of the program's commands: sections of its help, groups, and names before they moved.
 
-A command that no section names is listed in the last one, so that installed packages need no entry.
+A command that no section names stands in the line of `MORE`, so that installed packages need no
+entry.
 """
 
 from __future__ import annotations
@@ -20,11 +21,12 @@ class CommandGroup:
 SECTIONS = {
     "Begin": ("new", "simulate", "optimise", "studio"),
     "Check": ("audit", "calibrate", "prove"),
-    "Make": ("gears", "cam", "export", "animate", "derive"),
-    "Study": ("sweep", "tolerance", "diff", "sensitivity", "linearise"),
-    "More": ("design", "about"),
+    "Make": ("gears", "cam", "export", "animate"),
+    "Study": ("sweep", "tolerance", "diff", "sensitivity"),
 }
-"""Commands and groups by the section of `planter --help`, in its order."""
+"""Commands by the section of `planter --help`, in its order."""
+MORE = ("derive", "linearise", "design", "about")
+"""Commands and groups that `planter --help` has in one line, and `planter help commands` in full."""
 GROUPS = {
     "design": CommandGroup(
         "Design clutches, pick-ups, linkages and gear trains.",

@@ -10,7 +10,14 @@ import typer
 
 from planter.errors import InputError
 from planter.report.console import Console
-from planter.report.options import JsonOption, OutOption, list_allowed, refuse_unused, writes_files
+from planter.report.options import (
+    JsonOption,
+    OutOption,
+    list_allowed,
+    refuse_unused,
+    text_option,
+    writes_files,
+)
 
 app = typer.Typer()
 
@@ -45,18 +52,11 @@ def audit(
             help="a text (.tex, .md, .rst, .ipynb), with --against; a Python file that states "
             "your paper (it is run: "
             "only use files you trust); or one of the papers, by its short name",
-            show_default=False,
         ),
     ] = None,
-    against: Annotated[
-        Path | None, typer.Option(metavar="FILE", help=AGAINST, show_default=False)
-    ] = None,
-    names: Annotated[
-        Path | None, typer.Option(metavar="TOML", help=NAMES, show_default=False)
-    ] = None,
-    numbers: Annotated[
-        Path | None, typer.Option(metavar="TOML", help=NUMBERS, show_default=False)
-    ] = None,
+    against: Annotated[Path | None, text_option(AGAINST, "FILE")] = None,
+    names: Annotated[Path | None, text_option(NAMES, "TOML")] = None,
+    numbers: Annotated[Path | None, text_option(NUMBERS, "TOML")] = None,
     benchmark: Annotated[
         bool,
         typer.Option(
@@ -69,14 +69,9 @@ def audit(
         int,
         typer.Option(min=1, max=100_000, help="with --benchmark: number of errors that are drawn"),
     ] = SLIPS,
-    seed: Annotated[
-        int, typer.Option(help="with --benchmark: which errors are drawn depends on it")
-    ] = 0,
+    seed: Annotated[int, typer.Option(help="with --benchmark: random seed")] = 0,
     answers: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="JSONL", help="with --benchmark: answers of another checker", show_default=False
-        ),
+        Path | None, text_option("with --benchmark: answers of another checker", "JSONL")
     ] = None,
     as_json: JsonOption = False,
     out: OutOption = None,

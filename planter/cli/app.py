@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Iterator
 from typing import Annotated, Any
 
 import typer
@@ -14,6 +13,8 @@ from planter.report.options import join_applications, record_options
 from planter.version import __version__
 
 SETTINGS = {"help_option_names": ["-h", "--help"]}
+MORE = "More"
+"""Title of the commands that no section has."""
 
 
 def _version(requested: bool) -> None:
@@ -44,30 +45,45 @@ def show_group_help(context: typer.Context) -> None:
 class Menu(TyperGroup):
     """The commands in sections; earlier names of commands lead to the present ones."""
 
+    def get_command(self, ctx: Any, cmd_name: str) -> Any:
+        """Return the command of a name, None if there is none; short names are those in a group."""
+        if cmd_name not in menu.SHORT:
+            return super().get_command(ctx, cmd_name)
+        group, name = menu.current_words([cmd_name])
+        return self.commands[group].get_command(ctx, name)  # type: ignore[attr-defined]
+
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         """Return the name, the command and the remaining words of a call."""
         return super().resolve_command(ctx, menu.current_words(args))
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
-        """Write the commands, a section for each purpose."""
-        width = max(map(len, self.commands))
+        """Write the commands, a section for each purpose, and a line with the others."""
+        width = max(len(name) for names in menu.SECTIONS.values() for name in names)
         limit = formatter.width - 6 - width
-        for title, names in self._list_sections():
+        sections = self.list_sections()
+        others = ", ".join(sections.pop(MORE))
+        for title, names in sections.items():
             texts = (self.commands[name].get_short_help_str(limit) for name in names)
             rows = [(f"{name:{width}}", text) for name, text in zip(names, texts, strict=True)]
             with formatter.section(title):
                 formatter.write_dl(rows)
+        formatter.write_paragraph()
+        formatter.write_text(f"{MORE}: {others}; `planter help commands` describes all.")
 
     def list_commands(self, ctx: Any) -> list[str]:
-        """Return the names in the order of the sections."""
-        return [name for _, names in self._list_sections() for name in names]
+        """Return the names in the order of the sections, then the short ones."""
+        return [*(name for names in self.list_sections().values() for name in names), *menu.SHORT]
 
-    def _list_sections(self) -> Iterator[tuple[str, list[str]]]:
-        listed = {name for names in menu.SECTIONS.values() for name in names}
-        *_, last = menu.SECTIONS
-        for title, names in menu.SECTIONS.items():
-            unlisted = sorted(self.commands.keys() - listed) if title == last else []
-            yield title, [name for name in names if name in self.commands] + unlisted
+    def list_sections(self) -> dict[str, list[str]]:
+        """Return names by section; the last one has those that no section of the menu names."""
+        sections = {**menu.SECTIONS, MORE: menu.MORE}
+        listed = {name for names in sections.values() for name in names}
+        present = {
+            title: [name for name in names if name in self.commands]
+            for title, names in sections.items()
+        }
+        present[MORE] += sorted(self.commands.keys() - listed)
+        return present
 
 
 def build_application() -> typer.Typer:

@@ -44,6 +44,7 @@ from planter.report.options import (
     SpeedOption,
     parse_changes,
     refuse_unused,
+    text_option,
     writes_files,
 )
 
@@ -74,9 +75,7 @@ def example(
     name: Annotated[
         str | None,
         typer.Argument(
-            help="a built-in machine or data file",
-            show_default=False,
-            autocompletion=_list_examples,
+            metavar="NAME", help="a built-in machine or data file", autocompletion=_list_examples
         ),
     ] = None,
     as_json: JsonOption = False,
@@ -101,20 +100,17 @@ def write_template(
     template: Annotated[
         str | None,
         typer.Argument(
-            help="name of a template",
-            show_default=False,
-            autocompletion=_list_templates,
+            metavar="TEMPLATE", help="name of a template", autocompletion=_list_templates
         ),
     ] = None,
     file: Annotated[
-        Path | None,
-        typer.Argument(help="file to write [default: named after it]", show_default=False),
+        Path | None, typer.Argument(metavar="FILE", help="file to write [default: named after it]")
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
     """List files to start from, or write one.
 
-    They are machines, statements of mechanisms in Python, data, and a paper. No file is
+    They are machines, statements of mechanisms in Python, data, plans, and a paper. No file is
     overwritten, and the commands to type next are printed.
     """
     console = Console(as_json)
@@ -140,15 +136,12 @@ FileArgument = Annotated[
     typer.Argument(
         metavar="FILE",
         help="a Python file, a folder of such files, or a robot (.urdf)",
-        show_default=False,
         autocompletion=complete_files(".py", ".urdf"),
     ),
 ]
 FolderOption = Annotated[
     Path | None,
-    typer.Option(
-        "--out", help="folder to write to [default: generated, next to FILE]", show_default=False
-    ),
+    typer.Option("--out", help="folder to write to [default: generated, next to FILE]"),
 ]
 TargetOption = Annotated[
     list[str] | None,
@@ -158,7 +151,6 @@ TargetOption = Annotated[
         help="also write this language (repeatable): matlab (function files for MATLAB and "
         "Octave), latex (the "
         "derivation as a document with numbered equations), or one that an installed package offers",
-        show_default=False,
     ),
 ]
 
@@ -187,7 +179,7 @@ def derive(
 def schema(
     command: Annotated[
         list[str] | None,
-        typer.Argument(help="a command, as `design clutch geometry`", show_default=False),
+        typer.Argument(metavar="COMMAND", help="a command, as `design clutch geometry`"),
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
@@ -212,11 +204,12 @@ def schema(
 
 @app.command(name="help")
 def read_help(
+    context: typer.Context,
     name: Annotated[
         str | None,
         typer.Argument(
+            metavar="NAME",
             help="a topic, a page, or a word of statements, such as m.pin",
-            show_default=False,
             autocompletion=_list_reading,
         ),
     ] = None,
@@ -235,7 +228,9 @@ def read_help(
             listed = guide.describe_guide()
             console.result(listed, lambda: print(guide.format_guide(listed)))
         else:
-            text = guide.read_guide(name)
+            root: Any = context.find_root().command
+            is_made = name == guide.COMMANDS
+            text = guide.describe_commands(root) if is_made else guide.read_guide(name)
             console.result(Topic(name, text), lambda: print(text.rstrip("\n")))
 
 
@@ -244,8 +239,8 @@ def cite(
     name: Annotated[
         list[str] | None,
         typer.Argument(
+            metavar="NAME",
             help="a command, as `optimise` or `design clutch engage`, or a work, as wang2017",
-            show_default=False,
         ),
     ] = None,
     bibtex: Annotated[
@@ -312,20 +307,17 @@ def check_proof(
         typer.Argument(
             metavar="FILE",
             help="a proof.json of optimise --prove",
-            show_default=False,
             autocompletion=complete_files(".json"),
         ),
     ],
     check: Annotated[
-        bool, typer.Option("--check", help="compute each of its bounds again (the default)")
+        bool,
+        typer.Option(
+            "--check", help="compute each bound again (done in any case)", show_default=False
+        ),
     ] = True,
     machine: Annotated[
-        str | None,
-        typer.Option(
-            metavar="MACHINE",
-            help="the machine, if it is not where the proof says",
-            show_default=False,
-        ),
+        str | None, text_option("the machine, if it is not where the proof says", "MACHINE")
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
@@ -354,21 +346,16 @@ def diff(
         typer.Argument(
             metavar="A B [C ...]",
             help="two or more machines of one kind: files, or names of built-in ones",
-            show_default=False,
             autocompletion=complete_machines,
         ),
     ],
     model: ModelOption = ModelName.exact,
     quantity: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="NAME", help="also compare this curve (repeatable)", show_default=False
-        ),
+        list[str] | None, text_option("also compare this curve (repeatable)", "NAME")
     ] = None,
     hold: HoldOption = None,
     until: Annotated[
-        float | None,
-        typer.Option(metavar="S", min=1e-9, help="end of free motions [s]", show_default=False),
+        float | None, typer.Option(metavar="S", min=1e-9, help="end of free motions [s]")
     ] = None,
     set_: SetOption = None,
     speed_rpm: SpeedOption = None,
@@ -406,26 +393,20 @@ def explain(
     name: Annotated[
         str | None,
         typer.Argument(
+            metavar="NAME",
             help="a symbol or key, as F_B1x, mass.sun_kg, range_N, tip_x_mm; or a machine",
-            show_default=False,
             autocompletion=complete_machines,
         ),
     ] = None,
     key: Annotated[
         str | None,
-        typer.Argument(help="with a machine: a symbol or key of it alone", show_default=False),
+        typer.Argument(metavar="KEY", help="with a machine: a symbol or key of it alone"),
     ] = None,
     bodies: Annotated[
-        bool,
-        typer.Option("--bodies", help="cut each body of a machine free, with its forces"),
+        bool, typer.Option("--bodies", help="cut each body of a machine free, with its forces")
     ] = False,
     at: Annotated[
-        float | None,
-        typer.Option(
-            "--at",
-            help="with --bodies: angle of the drive [deg]; 50 by default",
-            show_default=False,
-        ),
+        float | None, typer.Option(help="with --bodies: angle of the drive [deg] [default: 50]")
     ] = None,
     out: OutOption = None,
     set_: SetOption = None,

@@ -4,7 +4,9 @@ statements.
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from importlib import resources
+from typing import TYPE_CHECKING, Any
 
 from planter import paths
 from planter.cli import words
@@ -12,6 +14,11 @@ from planter.cli.results import Topics
 from planter.errors import InputError
 from planter.files import documents
 
+if TYPE_CHECKING:
+    from planter.cli.app import Menu
+
+COMMANDS = "commands"
+"""Name of the page of all commands, which is made of their summaries."""
 _FOLDER = resources.files(__package__).joinpath("topics")
 
 
@@ -23,9 +30,12 @@ def list_topics() -> list[str]:
 
 
 def list_pages() -> dict[str, str]:
-    """Return the titles of pages by name: those of words, then those of the documentation."""
+    """Return the titles of pages by name: that of commands, those of words and of the
+    documentation.
+    """
     heads = {name: page.head.split("\n")[0] for name, page in words.load_pages().items()}
-    return {name: head.removeprefix("# ") for name, head in heads.items()} | documents.list_pages()
+    titles = {name: head.removeprefix("# ") for name, head in heads.items()}
+    return {COMMANDS: "All commands, by section"} | titles | documents.list_pages()
 
 
 def describe_guide() -> Topics:
@@ -47,6 +57,25 @@ def read_guide(name: str) -> str:
     allowed = f"it must be one of {', '.join(short)}, or a word of statements: `planter help`"
     hint = paths.suggest_names(name, [*short, *words.list_words()], allowed)
     raise InputError.for_value("NAME", name, hint)
+
+
+def describe_commands(application: Menu) -> str:
+    """Return the summaries of all commands by section, those of groups below their group."""
+    parts = ["`planter COMMAND --help` describes one of them."]
+    for title, names in application.list_sections().items():
+        rows = list(_list_summaries({name: application.commands[name] for name in names}))
+        width = max(len(call) for call, _ in rows)
+        parts += ["", f"{title}:", "", *(f"    {call:{width}}  {text}" for call, text in rows)]
+    return "\n".join(parts)
+
+
+def _list_summaries(
+    commands: Mapping[str, Any], prefix: str = "planter"
+) -> Iterator[tuple[str, str]]:
+    """Yield the call and the summary of each command, and of those below it."""
+    for name, command in commands.items():
+        yield f"{prefix} {name}", command.get_short_help_str(limit=100)
+        yield from _list_summaries(getattr(command, "commands", {}), f"{prefix} {name}")
 
 
 def format_guide(guide: Topics) -> str:

@@ -19,6 +19,7 @@ from planter.report.options import (
     SpeedOption,
     find_unused,
     parse_changes,
+    text_option,
     writes_files,
 )
 
@@ -40,16 +41,14 @@ class CuttingProcessOption(enum.StrEnum):
     wire = "wire"
 
 
-ModuleOption = Annotated[
-    float | None, typer.Option("--module", min=0.05, max=50, help="module [mm]", show_default=False)
-]
+ModuleOption = Annotated[float | None, typer.Option(min=0.05, max=50, help="module [mm]")]
 Module1Option = Annotated[
     float | None,
-    typer.Option("--module1", min=0.05, max=50, help="module of stage 1 [mm]", show_default=False),
+    typer.Option(min=0.05, max=50, help="module of stage 1 [mm]"),
 ]
 Module2Option = Annotated[
     float | None,
-    typer.Option("--module2", min=0.05, max=50, help="module of stage 2 [mm]", show_default=False),
+    typer.Option(min=0.05, max=50, help="module of stage 2 [mm]"),
 ]
 
 HELP = """Cut teeth on the pitch curves of a machine, or of a file.
@@ -82,25 +81,19 @@ def gears(
     machine: Annotated[
         str | None,
         typer.Argument(
+            metavar="MACHINE",
             help="a machine file, or the name of a built-in machine",
-            show_default=False,
             autocompletion=complete_machines,
         ),
     ] = None,
-    curve: Annotated[
-        str | None,
-        typer.Option(metavar="FILE[:PREFIX]", help="pitch curve of a gear", show_default=False),
-    ] = None,
-    mate: Annotated[
-        str | None,
-        typer.Option(metavar="FILE[:PREFIX]", help="pitch curve of its mate", show_default=False),
-    ] = None,
+    curve: Annotated[str | None, text_option("pitch curve of a gear", "FILE[:PREFIX]")] = None,
+    mate: Annotated[str | None, text_option("pitch curve of its mate", "FILE[:PREFIX]")] = None,
     turns: Annotated[
         str,
-        typer.Option(
-            metavar="N|N:1|1:N",
-            help="with --curve: turns of the gear for one of the mate, or 1:N for a mate that "
+        text_option(
+            "with --curve: turns of the gear for one of the mate, or 1:N for a mate that "
             "turns N times in one",
+            "N|N:1|1:N",
         ),
     ] = "1",
     module: ModuleOption = None,
@@ -108,20 +101,17 @@ def gears(
     module2: Module2Option = None,
     teeth: Annotated[
         str | None,
-        typer.Option(
-            "--teeth",
-            metavar="Z1,Z2",
-            help="tooth counts of a gear of stage 1 and of stage 2 [default: the "
+        text_option(
+            "tooth counts of a gear of stage 1 and of stage 2 [default: the "
             "integer nearest to the pitch curve's length over pi m]",
-            show_default=False,
+            "Z1,Z2",
         ),
     ] = None,
     keep: Annotated[
         Keep | None,
         typer.Option(
             help="retain the designed size and adapt the module, or keep the module and scale "
-            "the pair [default: the size with --teeth, else the module]",
-            show_default=False,
+            "the pair [default: the size with --teeth, else the module]"
         ),
     ] = None,
     pressure_angle: Annotated[
@@ -130,7 +120,6 @@ def gears(
             min=10,
             max=35,
             help="pressure angle of the rack [deg] [default: the machine's, else 20]",
-            show_default=False,
         ),
     ] = None,
     addendum: Annotated[
@@ -139,7 +128,6 @@ def gears(
             min=0.3,
             max=1.5,
             help="addendum of the rack in modules [default: the machine's, else 1]",
-            show_default=False,
         ),
     ] = None,
     clearance: Annotated[
@@ -152,7 +140,6 @@ def gears(
             max=1,
             help="profile shift of the first gear in modules, its mate's is the opposite [default: "
             "the machine's, else 0]",
-            show_default=False,
         ),
     ] = None,
     tip_radius: Annotated[
@@ -164,15 +151,11 @@ def gears(
         ),
     ] = 1.0,
     backlash_mm: Annotated[
-        float,
-        typer.Option(
-            "--backlash-mm", min=0, max=10, help="circumferential backlash, shared by both gears"
-        ),
+        float, typer.Option(min=0, max=10, help="circumferential backlash, shared by both gears")
     ] = 0.0,
     centre_error_mm: Annotated[
         float,
         typer.Option(
-            "--centre-error-mm",
             min=0,
             max=5,
             help="also report lost motion and contact ratio for axes farther apart by this",
@@ -186,24 +169,15 @@ def gears(
         bool, typer.Option("--allow-undercut", help="allow undercut flanks")
     ] = False,
     tolerance_um: Annotated[
-        float, typer.Option("--tolerance-um", min=0.05, max=100, help="tolerance of the arcs")
+        float, typer.Option(min=0.05, max=100, help="tolerance of the arcs")
     ] = 1.0,
     bore_mm: Annotated[
-        float | None,
-        typer.Option("--bore-mm", min=0.5, max=1000, help="bore of every gear", show_default=False),
+        float | None, typer.Option(min=0.5, max=1000, help="bore of every gear")
     ] = None,
     keyway_mm: Annotated[
-        str | None,
-        typer.Option(
-            "--keyway-mm",
-            metavar="WIDTH,DEPTH|none",
-            help="keyway in the bore [default: DIN 6885-1's]",
-            show_default=False,
-        ),
+        str | None, text_option("keyway in the bore [default: DIN 6885-1's]", "WIDTH,DEPTH|none")
     ] = None,
-    width_mm: Annotated[
-        float, typer.Option("--width-mm", min=0.1, max=1000, help="width of the gears")
-    ] = 12.0,
+    width_mm: Annotated[float, typer.Option(min=0.1, max=1000, help="width of the gears")] = 12.0,
     step: Annotated[
         bool, typer.Option("--step", help="also solids in STEP (needs planter[step])")
     ] = False,

@@ -60,8 +60,7 @@ def calibrate(
     model: Annotated[
         ModelName | None,
         typer.Option(
-            help="of a machine with two models [default: printed]; with --data both are tried",
-            show_default=False,
+            help="of a machine with two models [default: printed]; with --data both are tried"
         ),
     ] = None,
     data: Annotated[
@@ -92,7 +91,6 @@ def calibrate(
             min=1e-9,
             max=1e6,
             help="time from one row to the next, where no column tells it [s]",
-            show_default=False,
         ),
     ] = None,
     unit: Annotated[
@@ -139,7 +137,7 @@ def calibrate(
         ),
     ] = False,
     check: Annotated[Path | None, text_option("a second measurement to predict", "CSV")] = None,
-    check_rpm: Annotated[float | None, text_option("its speed", "RPM")] = None,
+    check_rpm: Annotated[float | None, text_option("its speed [r/min]", "RPM")] = None,
     seed: SeedOption = 0,
     workers: WorkersOption = None,
     cluster: ClusterOption = None,
@@ -163,13 +161,13 @@ def calibrate(
     are those to the nearest points of the computed path. Nothing is fitted without --fit; frame_deg,
     frame_x_mm and frame_y_mm place the measured frame in that of the machine.
 
-    A path: planter calibrate yu2023 --data path.csv --column x --column y --quantity x_S_mm
+    For example, a path: planter calibrate yu2023 --data path.csv --column x --column y --quantity x_S_mm
     --quantity y_S_mm --fit frame_deg=-10:10
 
-    Your own mechanism: planter calibrate own/slider_crank.toml --data force.csv --column force
+    For example: planter calibrate own/slider_crank.toml --data force.csv --column force
     --angle angle --quantity F_Ox_N --fit m_s_kg=1:2
 
-    Measured: planter calibrate my.toml --data force.csv --column force --angle angle --fit
+    For example: planter calibrate my.toml --data force.csv --column force --angle angle --fit
     mass.planet_kg=0.8:1.6 --fit offset_N=-20:20 --check faster.csv --check-rpm 50 --out fitted
     """
     console = Console(as_json)

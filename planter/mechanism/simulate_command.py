@@ -26,6 +26,7 @@ from planter.report.options import (
     WorkersOption,
     parse_changes,
     refuse_unused,
+    text_option,
     writes_files,
 )
 
@@ -46,7 +47,7 @@ LIFT, MOTOR = "Assumptions", "On a motor, with --motor"
 FREE, ENSEMBLE = "What moves freely", "Many random starts, with --ensemble"
 """Sections of the options in the help."""
 CYCLE_OPTIONS = ("--model", "--samples", "--at", "--lift", "--module-mm")
-MOTOR_OPTIONS = ("--stall-Nm", "--idle-rpm", "--flywheel-kgm2", "--turns", "--start-rpm")
+MOTOR_OPTIONS = ("--stall-Nm", "--turns", "--start-rpm")
 ENSEMBLE_OPTIONS = ("--since", "--period", "--perturbation", "--seed", "--workers", "--cluster")
 SINGLE_OPTIONS = ("--rest", "--least-squares", "--input")
 """Options of one free motion that an ensemble does not take."""
@@ -137,8 +138,7 @@ def simulate(
     model: ModelOption = ModelName.exact,
     samples: SamplesOption = None,
     at: Annotated[
-        list[float] | None,
-        typer.Option(metavar="DEG", help="also report at this drive angle", show_default=False),
+        list[float] | None, text_option("also report at this drive angle (repeatable)", "DEG")
     ] = None,
     lift: Annotated[
         bool,
@@ -151,10 +151,7 @@ def simulate(
     module_mm: Annotated[
         float,
         typer.Option(
-            min=0.1,
-            max=20,
-            help="module of the teeth that --lift lets slide",
-            rich_help_panel=LIFT,
+            min=0.1, max=20, help="module of the teeth that --lift lets slide", rich_help_panel=LIFT
         ),
     ] = 2.0,
     motor: Annotated[
@@ -170,25 +167,19 @@ def simulate(
         typer.Option(
             "--stall-Nm",
             help="torque of the motor at rest, referred to the drive",
-            show_default=False,
             rich_help_panel=MOTOR,
         ),
     ] = None,
     idle_rpm: Annotated[
         float | None,
         typer.Option(
-            "--idle-rpm",
-            help="speed of the drive at which the motor has no torque left",
-            show_default=False,
-            rich_help_panel=MOTOR,
+            help="speed of the drive at which the motor has no torque left", rich_help_panel=MOTOR
         ),
     ] = None,
     flywheel_kgm2: Annotated[
         float | None,
         typer.Option(
-            "--flywheel-kgm2",
             help="inertia of flywheel, rotor and carrier, referred to the drive",
-            show_default=False,
             rich_help_panel=MOTOR,
         ),
     ] = None,
@@ -201,10 +192,7 @@ def simulate(
     start_rpm: Annotated[
         float | None,
         typer.Option(
-            min=1e-3,
-            help="speed at the start [default: the machine's]",
-            show_default=False,
-            rich_help_panel=MOTOR,
+            min=1e-3, help="speed at the start [default: the machine's]", rich_help_panel=MOTOR
         ),
     ] = None,
     until: Annotated[
@@ -213,7 +201,6 @@ def simulate(
             metavar="S",
             min=1e-9,
             help="end of a free motion [s] [default: that of the file]",
-            show_default=False,
             rich_help_panel=FREE,
         ),
     ] = None,
@@ -223,21 +210,16 @@ def simulate(
             "--input",
             metavar="CSV",
             help="values over time, column t_s and names of values such as F_N",
-            show_default=False,
             rich_help_panel=FREE,
         ),
     ] = None,
     points: Annotated[
-        int,
-        typer.Option(min=2, max=100_000, help="number of output times", rich_help_panel=FREE),
+        int, typer.Option(min=2, max=100_000, help="number of output times", rich_help_panel=FREE)
     ] = POINTS,
     tolerance: Annotated[
         float,
         typer.Option(
-            min=1e-13,
-            max=1e-2,
-            help="relative tolerance of the integrator",
-            rich_help_panel=FREE,
+            min=1e-13, max=1e-2, help="relative tolerance of the integrator", rich_help_panel=FREE
         ),
     ] = TOLERANCE,
     rest: Annotated[
@@ -271,7 +253,6 @@ def simulate(
             min=1,
             max=10_000,
             help="number of runs from random starts, for a chaotic motion",
-            show_default=False,
             rich_help_panel=ENSEMBLE,
         ),
     ] = None,
@@ -300,7 +281,6 @@ def simulate(
             metavar="S",
             min=1e-9,
             help="duration of each statistic, such as a revolution [s] [default: until the end]",
-            show_default=False,
             rich_help_panel=ENSEMBLE,
         ),
     ] = None,

@@ -7,9 +7,14 @@ from typing import Annotated
 
 import typer
 
-from planter.report.completion import complete_machines
 from planter.report.console import Console
-from planter.report.options import JsonOption, SetOption, parse_changes, writes_files
+from planter.report.options import (
+    JsonOption,
+    MachineArgument,
+    SetOption,
+    parse_changes,
+    writes_files,
+)
 
 app = typer.Typer()
 
@@ -17,12 +22,7 @@ app = typer.Typer()
 @app.command()
 @writes_files()
 def animate(
-    machine: Annotated[
-        str,
-        typer.Argument(
-            help="a machine's file, or the name of a built-in one", autocompletion=complete_machines
-        ),
-    ],
+    machine: MachineArgument,
     out: Annotated[
         Path,
         typer.Option(
@@ -31,27 +31,16 @@ def animate(
             show_default=False,
         ),
     ] = Path(),
-    model: Annotated[
-        str | None, typer.Option(help="model, where a machine has several", show_default=False)
-    ] = None,
+    model: Annotated[str | None, typer.Option(help="model, where a machine has several")] = None,
     seconds: Annotated[
-        float | None,
-        typer.Option(
-            min=0.1, max=60, help="length of a cycle [default: its own]", show_default=False
-        ),
+        float | None, typer.Option(min=0.1, max=60, help="length of a cycle [default: its own]")
     ] = None,
     width: Annotated[
-        int | None,
-        typer.Option(min=100, max=3840, help="width [pixel] [default: 432]", show_default=False),
+        int | None, typer.Option(min=100, max=3840, help="width [pixel] [default: 432]")
     ] = None,
     rate: Annotated[
         float | None,
-        typer.Option(
-            min=1,
-            max=100,
-            help="frames per second [default: 20, fewer for a long GIF]",
-            show_default=False,
-        ),
+        typer.Option(min=1, max=100, help="frames per second [default: 20, fewer for a long GIF]"),
     ] = None,
     set_: SetOption = None,
     as_json: JsonOption = False,

@@ -29,13 +29,19 @@ class ModelName(enum.StrEnum):
     printed = "printed"
 
 
+def text_option(help_: str, metavar: str) -> typer.models.OptionInfo:
+    """Return an option with a name for its value."""
+    option: typer.models.OptionInfo = typer.Option(metavar=metavar, help=help_)
+    return option
+
+
 MachineArgument = Annotated[
     str,
     typer.Argument(
+        metavar="MACHINE",
         help="a machine file, the name of a built-in machine, or your mechanism's file: "
         "NAME.toml, or NAME of one here "
         "or in generated/",
-        show_default=False,
         autocompletion=complete_machines,
     ),
 ]
@@ -47,10 +53,10 @@ ModelOption = Annotated[
 ]
 SamplesOption = Annotated[
     int | None,
-    typer.Option(help="angles of the cycle [default: the machine file's]", show_default=False),
+    typer.Option(help="angles of the cycle [default: the machine file's]"),
 ]
 JsonOption = Annotated[bool, typer.Option("--json", help="print one JSON object instead of tables")]
-OutOption = Annotated[Path | None, typer.Option(help="folder for result files", show_default=False)]
+OutOption = Annotated[Path | None, typer.Option(help="folder for result files")]
 SetOption = Annotated[
     list[str] | None,
     typer.Option(
@@ -59,13 +65,12 @@ SetOption = Annotated[
         help="change a number for this call (repeatable). NAME is a key of the file, as `planter "
         "example` shows one: "
         "in full, as mass.sun_kg or nozzle.hinge_A_mm[0], or its last part if that is unique",
-        show_default=False,
         autocompletion=complete_changes,
     ),
 ]
 SpeedOption = Annotated[
     float | None,
-    typer.Option(help="change the speed of the drive for this call [r/min]", show_default=False),
+    typer.Option(help="change the speed of the drive for this call [r/min]"),
 ]
 WorkersOption = Annotated[
     int | None,
@@ -73,59 +78,45 @@ WorkersOption = Annotated[
         min=1,
         max=1024,
         help="number of worker processes [default: one per core if that is faster]",
-        show_default=False,
     ),
 ]
 ClusterOption = Annotated[
     str | None,
-    typer.Option(
-        metavar="ADDRESS",
-        help="Dask scheduler whose workers run the jobs (planter[cluster])",
-        show_default=False,
-    ),
+    text_option("Dask scheduler whose workers run the jobs (planter[cluster])", "ADDRESS"),
 ]
 SeedOption = Annotated[int, typer.Option(min=0, help="random seed")]
 LeastOption = Annotated[
     str | None,
-    typer.Option(
-        metavar="SUM",
-        help="instead of the objective in the file: a sum to minimise, such as "
+    text_option(
+        "instead of the objective in the file: a sum to minimise, such as "
         '"range F_Ox + 0.5 rms M_in" (max, min, range, mean, variance, std, rms, work, jump, or '
         "NAME at DEG, or NAME "
         "where NAME is least; most also while NAME <= NUMBER); -min NAME makes a least value "
         "greater",
-        show_default=False,
+        "SUM",
     ),
 ]
 HoldOption = Annotated[
     list[str] | None,
-    typer.Option(
-        metavar="LIMIT",
-        help='limit in addition to those of the file, such as "abs F_Ax <= 300 N" or "min '
+    text_option(
+        'limit in addition to those of the file, such as "abs F_Ax <= 300 N" or "min '
         "distance tip to ground__D "
         '>= 20 mm" (repeatable)',
-        show_default=False,
+        "LIMIT",
     ),
 ]
 VaryOption = Annotated[
     list[str] | None,
-    typer.Option(
-        metavar="PATH=LOW:HIGH",
-        help="vary this value of the file within these bounds, instead of the values with bounds "
+    text_option(
+        "vary this value of the file within these bounds, instead of the values with bounds "
         "(repeatable)",
-        show_default=False,
+        "PATH=LOW:HIGH",
     ),
 ]
 
 
 _GIVEN: ContextVar[frozenset[str]] = ContextVar("given options", default=frozenset())
 """Options of the running command whose values are not their defaults."""
-
-
-def text_option(help_: str, metavar: str) -> typer.models.OptionInfo:
-    """Return an option without a default that its help would show."""
-    option: typer.models.OptionInfo = typer.Option(metavar=metavar, help=help_, show_default=False)
-    return option
 
 
 def record_options(command: Callable[..., None]) -> Callable[..., None]:
@@ -346,6 +337,11 @@ def interruptible_result(result: dict[str, Any]) -> Iterator[None]:
         raise Interrupted(result) from None
 
 
+def _find_change(path: Path) -> int | None:
+    """Return the time [ns] at which a file was changed last, None if there is none."""
+    return path.stat().st_mtime_ns if path.is_file() else None
+
+
 def writes_files(
     *names: str, figures: tuple[str, ...] = ()
 ) -> Callable[[Callable[..., None]], Callable[..., None]]:
@@ -353,7 +349,8 @@ def writes_files(
     `--overwrite`.
 
     The files `names` and the `figures` that it always writes are checked before it begins; every
-    file is checked again when it is written (`planter.report.folder`).
+    file is checked again when it is written (`planter.report.folder`). If it wrote a page there, a
+    note on standard error names it, unless the output is JSON.
     """
 
     def decorate(command: Callable[..., None]) -> Callable[..., None]:
@@ -361,10 +358,17 @@ def writes_files(
         def guarded(*args: Any, overwrite: bool, **kwargs: Any) -> None:
             with folder.allow_overwriting(overwrite):
                 out = kwargs.get("out")
-                if isinstance(out, Path):
-                    with Console(kwargs.get("as_json", False)).outcome():
-                        folder.check_files(out, (*names, *figure_files(*figures)))
+                if not isinstance(out, Path):
+                    command(*args, **kwargs)
+                    return
+                console = Console(kwargs.get("as_json", False))
+                with console.outcome():
+                    folder.check_files(out, (*names, *figure_files(*figures)))
+                page = out / "report.html"
+                before = _find_change(page)
                 command(*args, **kwargs)
+                if not console.as_json and _find_change(page) != before:
+                    console.say(f"report: {page}")
 
         signature = inspect.signature(command, eval_str=True)
         option = inspect.Parameter(

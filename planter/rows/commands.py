@@ -9,13 +9,14 @@ from typing import Annotated
 import typer
 
 from planter.errors import InputError
-from planter.report.completion import complete_files, complete_machines
+from planter.report.completion import complete_files
 from planter.report.console import Console
 from planter.report.options import (
     ClusterOption,
     HoldOption,
     JsonOption,
     LeastOption,
+    MachineArgument,
     OutOption,
     SeedOption,
     SetOption,
@@ -24,6 +25,7 @@ from planter.report.options import (
     parse_changes,
     read_ranges,
     refuse_unused,
+    text_option,
     writes_files,
 )
 
@@ -51,7 +53,8 @@ Rows are computed in chunks of 10000. With --out finished chunks are saved: run 
 Results are the same for any number of workers. From 20000 rows on, all cores are used.
 
 \b
-    planter sweep docs/examples/sweep_speed.toml --out run
+    planter new sweep plan.toml
+    planter sweep plan.toml --out run
     planter sweep plan.toml --cluster tcp://host:8786
 """
 
@@ -62,20 +65,12 @@ def sweep(
     plan: Annotated[
         Path | None,
         typer.Argument(
-            metavar="PLAN",
-            help="a plan (TOML)",
-            show_default=False,
-            autocompletion=complete_files(".toml"),
+            metavar="PLAN", help="a plan (TOML)", autocompletion=complete_files(".toml")
         ),
     ] = None,
     listed: Annotated[
         str | None,
-        typer.Option(
-            "--list",
-            metavar="MACHINE",
-            help="list the inputs and outputs of a machine",
-            show_default=False,
-        ),
+        typer.Option("--list", metavar="MACHINE", help="list the inputs and outputs of a machine"),
     ] = None,
     workers: WorkersOption = None,
     cluster: ClusterOption = None,
@@ -122,8 +117,9 @@ Names are those of --set, or patterns; of several that match, the last counts. `
 lists all inputs and outputs. With --out finished work is saved: run the same command again to resume.
 
 \b
+    planter new tolerances tolerances.toml
     planter tolerance wang2017 --out run
-    planter tolerance wang2017 --tolerances docs/examples/tolerances.toml --sigmas 2
+    planter tolerance wang2017 --tolerances tolerances.toml --sigmas 2
     planter tolerance slider_crank.toml --tolerances t.toml --least "rms M_in" --vary values.r_mm=40:60
     planter tolerance wang2017 --output support_range_N --samples 1000000 --indices 0 --no-robust
 """
@@ -132,31 +128,15 @@ lists all inputs and outputs. With --out finished work is saved: run the same co
 @app.command(help=TOLERANCE_HELP)
 @writes_files("summary.json", "tolerances.toml", "report.html")
 def tolerance(
-    machine: Annotated[
-        str,
-        typer.Argument(
-            help="machine file, or name of a built-in machine", autocompletion=complete_machines
-        ),
-    ],
-    tolerances: Annotated[
-        Path | None,
-        typer.Option("--tolerances", metavar="FILE", help="tolerances (TOML)", show_default=False),
-    ] = None,
+    machine: MachineArgument,
+    tolerances: Annotated[Path | None, text_option("tolerances (TOML)", "FILE")] = None,
     output: Annotated[
         list[str] | None,
-        typer.Option(
-            metavar="NAME",
-            help='output to analyse, or a measure such as "jump F_Ox" (repeatable)',
-            show_default=False,
-        ),
+        text_option('output to analyse, or a measure such as "jump F_Ox" (repeatable)', "NAME"),
     ] = None,
     choose: Annotated[
         list[str] | None,
-        typer.Option(
-            metavar="NAME=TEXT",
-            help="value of an input with texts, such as model=printed",
-            show_default=False,
-        ),
+        text_option("value of an input with texts, such as model=printed", "NAME=TEXT"),
     ] = None,
     samples: Annotated[
         int | None,
@@ -164,7 +144,6 @@ def tolerance(
             min=100,
             max=100_000_000,
             help="number of random machines [default: 100000; 2000 of what moves freely]",
-            show_default=False,
         ),
     ] = None,
     indices: Annotated[
@@ -174,7 +153,6 @@ def tolerance(
             max=2**20,
             help="number of points of the Sobol' indices, a power of 2; 0: no indices [default: "
             "2048; 128 of what moves freely]",
-            show_default=False,
         ),
     ] = None,
     halved: Annotated[
@@ -184,7 +162,6 @@ def tolerance(
             max=100_000,
             help="number of machines to see what half of each tolerance would buy; 0: do not "
             "[default: 512; 64 of what moves freely]",
-            show_default=False,
         ),
     ] = None,
     robust: Annotated[

@@ -10,7 +10,7 @@ import typer
 from planter.errors import InputError
 from planter.report.completion import complete_machines
 from planter.report.console import Console
-from planter.report.options import refuse_unused, writes_files
+from planter.report.options import refuse_unused, text_option, writes_files
 from planter.text_files import is_file
 
 app = typer.Typer()
@@ -24,8 +24,8 @@ def studio(
     machine: Annotated[
         str | None,
         typer.Argument(
-            help="a machine's file, or the name of a built-in one",
-            show_default=False,
+            metavar="MACHINE",
+            help="a machine file, or the name of a built-in machine",
             autocompletion=complete_machines,
         ),
     ] = None,
@@ -36,12 +36,7 @@ def studio(
         int, typer.Option(min=0, max=65535, help="port on this computer; 0 takes a free one")
     ] = 0,
     static: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE",
-            help="write the page to one HTML file that needs no server",
-            show_default=False,
-        ),
+        Path | None, text_option("write the page to one HTML file that needs no server", "FILE")
     ] = None,
     browser: Annotated[
         bool, typer.Option("--browser/--no-browser", help="open the page in the browser")
@@ -56,7 +51,7 @@ def studio(
     sliders, the drawing, curves, results and a local optimisation, but no requirements, teeth or
     certified optima.
 
-    planter studio wang2017 --static wang2017.html
+    For example: planter studio wang2017 --static wang2017.html
     """
     console = Console(as_json=False)
     with console.outcome():

@@ -18,7 +18,9 @@ from planter.report.options import (
     OutOption,
     SeedOption,
     SetOption,
+    SpeedOption,
     parse_changes,
+    text_option,
     writes_files,
 )
 
@@ -37,7 +39,6 @@ ClutchArgument = Annotated[
     typer.Argument(
         metavar="CLUTCH",
         help="a clutch file, or the name of a built-in one",
-        show_default=False,
         autocompletion=complete_sources("clutch"),
     ),
 ]
@@ -70,15 +71,12 @@ def engage_clutch(
     ] = EngagementMode.modal,
     shape: Annotated[
         str,
-        typer.Option(
-            metavar="NAME",
-            help="bending shape of the shaft: the paper's, or a clamped one (clamped-...)",
+        text_option(
+            "bending shape of the shaft: the paper's, or a clamped one (clamped-...)", "NAME"
         ),
     ] = "quarter-sine",
     set_: SetOption = None,
-    speed_rpm: Annotated[
-        float | None, typer.Option(help="change the input speed for this call")
-    ] = None,
+    speed_rpm: SpeedOption = None,
     as_json: JsonOption = False,
     out: OutOption = None,
 ) -> None:
@@ -116,26 +114,25 @@ def evaluate_field(
     data: Annotated[
         str,
         typer.Argument(
+            metavar="RUNS",
             help="a CSV file of runs, or the name of a built-in one",
             autocompletion=complete_sources("clutch", ".csv"),
         ),
     ] = "shi2021-field",
     goal: Annotated[
         NamesOption,
-        typer.Option(
-            metavar="NAME=GOAL",
-            help="goal of a response: larger, smaller, zero, or a number for a target value "
+        text_option(
+            "goal of a response: larger, smaller, zero, or a number for a target value "
             "[default: zero, for the paper's own table alone]",
-            show_default=False,
+            "NAME=GOAL",
         ),
     ] = None,
     comparison: Annotated[
         str | None,
-        typer.Option(
-            metavar="FILE",
-            help="CSV file clutch,speed_m_s,measure,mean,sd,n of clutches to compare [default: "
+        text_option(
+            "CSV file clutch,speed_m_s,measure,mean,sd,n of clutches to compare [default: "
             "paper's, for its runs]",
-            show_default=False,
+            "FILE",
         ),
     ] = None,
     as_json: JsonOption = False,
@@ -173,23 +170,17 @@ def parse_pairs(option: str, texts: Sequence[str]) -> dict[str, str]:
 @clutch.command(name="plan")
 @writes_files("plan.csv")
 def plan_field(
-    array: Annotated[str, typer.Argument(help="L4, L8, L9, L25 or L27", show_default=False)],
+    array: Annotated[str, typer.Argument(metavar="ARRAY", help="L4, L8, L9, L25 or L27")],
     factor: Annotated[
         NamesOption,
-        typer.Option(
-            metavar="NAME=LEVEL,...",
-            help="a factor and its levels [default: A, B, ...]",
-            show_default=False,
-        ),
+        text_option("a factor and its levels (repeatable) [default: A, B, ...]", "NAME=LEVEL,..."),
     ] = None,
     response: Annotated[
-        NamesOption,
-        typer.Option(
-            metavar="NAME", help="a column to be measured [default: Y1]", show_default=False
-        ),
+        NamesOption, text_option("a column to be measured (repeatable) [default: Y1]", "NAME")
     ] = None,
     seed: Annotated[
-        int | None, typer.Option(min=0, help="shuffle the runs by this seed", show_default=False)
+        int | None,
+        typer.Option(min=0, help="random seed, which shuffles the runs"),
     ] = None,
     as_json: JsonOption = False,
     out: OutOption = None,
@@ -243,18 +234,10 @@ def show_geometry(
 )
 def size_clutch(
     source: ClutchArgument,
-    shaft_mm: Annotated[
-        float | None, typer.Option(help="distance of the shaft's flats", show_default=False)
-    ] = None,
-    travel_mm: Annotated[
-        float | None, typer.Option(help="required travel of the sleeve", show_default=False)
-    ] = None,
-    radius_mm: Annotated[
-        float | None, typer.Option(help="available space across the axis", show_default=False)
-    ] = None,
-    length_mm: Annotated[
-        float | None, typer.Option(help="available space along the axis", show_default=False)
-    ] = None,
+    shaft_mm: Annotated[float | None, typer.Option(help="distance of the shaft's flats")] = None,
+    travel_mm: Annotated[float | None, typer.Option(help="required travel of the sleeve")] = None,
+    radius_mm: Annotated[float | None, typer.Option(help="available space across the axis")] = None,
+    length_mm: Annotated[float | None, typer.Option(help="available space along the axis")] = None,
     set_: SetOption = None,
     as_json: JsonOption = False,
     out: OutOption = None,

@@ -27,7 +27,6 @@ PosesArgument = Annotated[
         metavar="POSES",
         help="a file of poses (TOML), or the name of a built-in one",
         autocompletion=complete_sources("mapping"),
-        show_default=False,
     ),
 ]
 CurveArgument = Annotated[
@@ -36,7 +35,6 @@ CurveArgument = Annotated[
         metavar="CURVE",
         help="a CSV of angles (carrier_deg,relative_deg), or the name of a built-in one",
         autocompletion=complete_sources("mapping", ".csv"),
-        show_default=False,
     ),
 ]
 CarrierOption = Annotated[int, typer.Option(min=1, help="dyad of the carrier, counted by radius")]
@@ -90,12 +88,9 @@ def train(
     centre_distance_mm: Annotated[
         float, typer.Option(help="centre distance of both stages")
     ] = 70.0,
-    crank_mm: Annotated[
-        float | None, typer.Option(help="length of the carrier", show_default=False)
-    ] = None,
+    crank_mm: Annotated[float | None, typer.Option(help="length of the carrier")] = None,
     poses: Annotated[
-        str | None,
-        typer.Option(help="poses to compare the path of the tip with", show_default=False),
+        str | None, typer.Option(help="poses to compare the path of the tip with")
     ] = None,
     carrier: CarrierOption = 1,
     as_json: JsonOption = False,

@@ -8,7 +8,14 @@ import typer
 
 from planter.report.completion import complete_sources
 from planter.report.console import Console
-from planter.report.options import JsonOption, OutOption, SetOption, parse_changes, writes_files
+from planter.report.options import (
+    JsonOption,
+    OutOption,
+    SetOption,
+    parse_changes,
+    text_option,
+    writes_files,
+)
 
 app = typer.Typer()
 
@@ -19,6 +26,7 @@ def analyse_pickup(
     config: Annotated[
         str,
         typer.Argument(
+            metavar="PICKUP",
             help="a pick-up's file (TOML), a CSV of points of its path (x_mm,y_mm), or the name "
             "of a built-in one",
             autocompletion=complete_sources("pickup"),
@@ -26,10 +34,8 @@ def analyse_pickup(
     ],
     at: Annotated[
         list[float] | None,
-        typer.Option(
-            metavar="DEG",
-            help="also report at this carrier angle from the farthest tip",
-            show_default=False,
+        text_option(
+            "also report at this carrier angle, counted from the farthest tip (repeatable)", "DEG"
         ),
     ] = None,
     optimise: Annotated[

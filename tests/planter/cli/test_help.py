@@ -94,7 +94,8 @@ def test_words_need_neither_sympy_nor_derive() -> None:
 
 
 def test_commands_in_topics_exist() -> None:
-    listed = {name for names in menu.SECTIONS.values() for name in names} | {*menu.SHORT}
+    listed = {name for names in menu.SECTIONS.values() for name in names}
+    listed |= {*menu.MORE, *menu.SHORT}
     for topic in TOPICS:
         assert commands(answer("help", topic)["text"]) <= listed
     assert not commands("    planter simulat x") <= listed

@@ -5,6 +5,7 @@ present ones do.
 from __future__ import annotations
 
 import json
+import re
 
 import pytest
 import typer
@@ -48,6 +49,8 @@ def list_sections(*group: str) -> dict[str, dict[str, str]]:
 
 def test_help_has_every_command_in_its_section() -> None:
     sections = list_sections()
+    *_, line = run("--help")[1].splitlines()
+    assert line.startswith(f"More: {', '.join(menu.MORE)};")
     assert {title: tuple(rows) for title, rows in sections.items()} == menu.SECTIONS
     for group, entry in menu.GROUPS.items():
         assert {name for rows in list_sections(group).values() for name in rows} == {
@@ -55,7 +58,7 @@ def test_help_has_every_command_in_its_section() -> None:
         }
 
 
-def test_unlisted_command_is_in_the_last_section(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_unlisted_command_is_in_the_last_line(monkeypatch: pytest.MonkeyPatch) -> None:
     """As those of installed packages are."""
     monkeypatch.setitem(menu.SECTIONS, "Study", ("sweep",))
     command = typer.main.get_command(build_application())
@@ -75,6 +78,16 @@ def test_summaries_of_commands_are_whole_sentences(group: tuple[str, ...]) -> No
         for name, text in summaries.items()
         if not text.endswith(".") or text.endswith("...")
     }
+
+
+def test_page_of_commands_has_all_with_their_summaries() -> None:
+    """Those of the sections, of the line below them, and of their groups."""
+    text = answer("help commands")["text"]
+    calls = dict(re.findall(r"^    planter (.+?)  +(.+)$", text, re.MULTILINE))
+    summaries = {name: row for rows in list_sections().values() for name, row in rows.items()}
+    assert summaries.items() <= calls.items()
+    members = {f"{group} {name}" for group, entry in menu.GROUPS.items() for name in entry.commands}
+    assert calls.keys() >= members | {*menu.MORE, "design clutch rotor", "export fmu"}
 
 
 @pytest.mark.parametrize("earlier", CASES)

@@ -49,6 +49,7 @@ BAD = {
     "no header, any": ("1,2\n3,4\n", (), "the header holds numbers"),
     "digits in groups": ("x;y\n1,500;2.5\n", (), r"line 2, column x: '1,500'"),
     "groups and decimals": ("x;y\n1.500,5;2\n", (), r"line 2, column x: '1.500,5'"),
+    "semicolons in rows alone": ("x,y\n1;2\n", (), "line 2 has 1 cells, but it must have 2"),
     "decimal commas": (
         "x,y\n1,2\n1,5,2,5\n",
         (),

@@ -59,6 +59,8 @@ def complete(words: str, place: Path) -> list[str]:
     [
         ("planter simu", ["simulate"]),
         ("planter turn", []),
+        ("planter der", ["derive"]),
+        ("planter do", ["doctor"]),
         ("planter simulate w", ["wang2017", "wang2017-wide", "wide.toml"]),
         ("planter turn own/", ["own/crank.toml"]),
         ("planter simulate wide.toml --set s", ["speed=", "sun_kg="]),

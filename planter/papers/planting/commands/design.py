@@ -117,8 +117,7 @@ def optimise(
         Method | None,
         typer.Option(
             help="genetic algorithm (ga), local searches (ipopt), or both (hybrid) [default: auto, "
-            "local searches, and the genetic algorithm where these disagree]",
-            show_default=False,
+            "local searches, and the genetic algorithm where these disagree]"
         ),
     ] = None,
     samples: Annotated[
@@ -130,7 +129,8 @@ def optimise(
     ] = None,
     seed: SeedOption = 0,
     starts: Annotated[
-        int | None, typer.Option(min=1, help="number of local searches", show_default=False)
+        int | None,
+        typer.Option(min=1, help="number of local searches [default: 8; 3 with --all-pairs]"),
     ] = None,
     front: Annotated[
         bool, typer.Option("--front", help="also compute the Pareto front of range and variance")
@@ -173,7 +173,6 @@ def optimise(
         typer.Option(
             metavar="FAMILY+FAMILY",
             help="only this pair (repeatable), of families",
-            show_default=False,
             rich_help_panel=ALL_PAIRS,
         ),
     ] = None,

@@ -5,9 +5,7 @@ they name.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Annotated
-
-import typer
+from typing import TYPE_CHECKING
 
 from planter.errors import InputError
 from planter.report.options import parse_changes
@@ -20,10 +18,6 @@ if TYPE_CHECKING:
 
 FIGURES = ("support_force",)
 """Names of a device's figures."""
-DeviceArgument = Annotated[
-    str,
-    typer.Argument(help="a machine file, or the name of a built-in machine", show_default=False),
-]
 
 
 def load_device_file(
