@@ -33,9 +33,10 @@ if TYPE_CHECKING:
     from planter.engine.solvers.curve_sum import Sampling
     from planter.files.document import Document
 
-Role = Literal["result", "law", "pivot", "states", "place", "distance", "size"]
-"""What a quantity is: a result, the residual of a law, the least pivot of an elimination, a number
-of states, a coordinate of a point of a body, the distance of a point, or the size of a vector.
+Role = Literal["result", "inner", "law", "pivot", "states", "place", "distance", "size"]
+"""What a quantity is: a result, one that only other functions take, the residual of a law, the
+least pivot of an elimination, a number of states, a coordinate of a point of a body, the distance
+of a point, or the size of a vector.
 """
 COMPOSED: tuple[Role, ...] = ("place", "distance", "size")
 """Roles of quantities that a machine adds when they are asked for."""

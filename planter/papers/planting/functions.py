@@ -24,13 +24,11 @@ MODELS: tuple[Model, ...] = ("exact", "printed")
 
 
 class Functions:
-    """CasADi functions of a device: a model's dynamics, or the loads on its bodies, composed with
-    two gear stages and a law of the cam's flanks.
+    """CasADi functions of a device: a model's dynamics, composed with two gear stages and a law of
+    the cam's flanks.
     """
 
-    def __init__(
-        self, model: Model | Literal["bodies"], stages: tuple[Stage, Stage], flank: ca.Function
-    ) -> None:
+    def __init__(self, model: Model, stages: tuple[Stage, Stage], flank: ca.Function) -> None:
         self.sidecar = generated.sidecar(f"planting_{model}")
         self._module = generated.module(f"planting_{model}")
         contacts = [stage.contact.function for stage in stages]
