@@ -479,9 +479,7 @@ class Machine:
         ends = np.array(list(bounds.values()), dtype=float).reshape(-1, 2) * factors[:, None]
         return replace(self, moved=moved, lower=ends[:, 0], upper=ends[:, 1])
 
-    def with_ranges(
-        self, ranges: Mapping[str, tuple[float, float]], label: str = "--vary"
-    ) -> Machine:
+    def with_ranges(self, ranges: Mapping[str, tuple[float, float]]) -> Machine:
         """Return the machine with other values to move, as `with_moved`, or itself without ranges.
 
         Raises InputError, which names the range, for an end that its file refuses, for an unknown
@@ -493,11 +491,11 @@ class Machine:
                 "limits by --hold"
             )
             raise InputError(
-                f"{label} does not go with the [requirements] of {self.source}: {reason}"
+                f"--vary does not go with the [requirements] of {self.source}: {reason}"
             )
         for path, (low, high) in ranges.items():
             if not low < high:
-                raise InputError(f"{label} {path}={low:g}:{high:g}: LOW must be below HIGH")
+                raise InputError(f"--vary {path}={low:g}:{high:g}: LOW must be below HIGH")
             full = self.values[self.find_index(path)].path
             for end in (low, high):
                 self.document.with_numbers({full: end})

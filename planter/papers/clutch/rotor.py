@@ -274,7 +274,7 @@ def _corner(ellipse: Mapping[str, float], width: float) -> CornerPath:
     )
 
 
-def summarise_rotor(rotor: Rotor, harmonics: int = 6) -> PolygonFit:
+def summarise_rotor(rotor: Rotor) -> PolygonFit:
     """Return the summary of a pair of polygons, lengths in widths; None for values without meaning.
 
     `exact` says whether the body is a rotor: every harmonic of its support function is one that a
@@ -293,7 +293,7 @@ def summarise_rotor(rotor: Rotor, harmonics: int = 6) -> PolygonFit:
         fillet_limit_over_R=ellipse["fillet"] / width if ellipse else None,
         ellipse=_corner(ellipse, width) if ellipse else None,
         slides=rotor.slides().to_result(),
-        harmonics=rotor.harmonics(harmonics),
+        harmonics=rotor.harmonics(6),
     )
 
 

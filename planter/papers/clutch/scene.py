@@ -338,12 +338,12 @@ BINS = 900
 LINK = "link angle / deg"
 
 
-def thin_curve(x: Array, y: Array, bins: int = BINS) -> Points:
+def thin_curve(x: Array, y: Array) -> Points:
     """Return the smallest and largest value of each of many parts of a curve (n,), in order."""
-    if len(x) <= 2 * bins:
+    if len(x) <= 2 * BINS:
         return x, y
     chosen = {0, len(x) - 1}
-    for part in np.array_split(np.arange(len(x)), bins):
+    for part in np.array_split(np.arange(len(x)), BINS):
         chosen |= {int(part[np.argmin(y[part])]), int(part[np.argmax(y[part])])}
     index = sorted(chosen)
     return x[index], y[index]

@@ -121,19 +121,6 @@ class Functions:
         rows = ca.vertcat(ca.MX(h.numel() - dynamics.numel(), c.numel()), changes)
         return ca.Function("data_tangent", [x, c, h], [rows], ["x", "c", "h"], ["dh"])
 
-    def of_data(self, outputs: list[ca.SX]) -> tuple[list[ca.SX], list[ca.SX]]:
-        """Functions of (phi, x, c, h) as functions of (phi, x, c, curves), and these inputs.
-
-        `curves` is what h holds of both stages: what of it the data c decide is then computed from
-        them.
-        """
-        mounting, *parameters = ca.vertsplit(self.x, self._split)
-        split = self._hoisted_split[:-1]
-        curves = ca.SX.sym("curves", split[-1])
-        packed = _interleave(parameters, ca.vertsplit(curves, split))
-        h = ca.vertcat(curves, self._dynamics(mounting, *packed, self.c))
-        return ca.substitute(outputs, [self.h], [h]), [self.phi, self.x, self.c, curves]
-
     def lane_inputs(self, phi: ca.SX) -> list[ca.SX]:
         """Return the inputs of the lane function at a carrier angle."""
         mounting, *parameters = ca.vertsplit(self.x, self._split)
