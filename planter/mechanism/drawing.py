@@ -530,10 +530,6 @@ class MechanismCycleProgram:
             "angle": self._inputs[0] / units.unit_factor("angle_deg"),
         }
 
-    @property
-    def _keys(self) -> list[str]:
-        return [quantity.key for quantity in self.machine.results]
-
     @cached_property
     def _points(self) -> Mapping[str, ca.SX]:
         """Coordinates of points of bodies in the drawing [mm], as `x BODY__POINT` and
@@ -552,7 +548,11 @@ class MechanismCycleProgram:
 
     @cached_property
     def _row_names(self) -> Sequence[str]:
-        return ["angle", *select_curves(self._keys, self.machine), *self._points]
+        return [
+            "angle",
+            *select_curves([q.key for q in self.machine.results], self.machine),
+            *self._points,
+        ]
 
     # --- single numbers
     # --------------------------------------------------------------------------------

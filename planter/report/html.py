@@ -353,7 +353,9 @@ def render_page(
     lead: Sequence[Block] = (),
     details: Sequence[Section] = (),
 ) -> str:
-    """Return the page as text; `lead` are the blocks that it opens with, The `details` are folded on screen, and printed from a new sheet on."""
+    """Return the page as text; `lead` are the blocks that it opens with. The `details` are folded on
+    screen, and printed from a new sheet on.
+    """
     parts_of_page = [*sections, *details]
     blocks = [*lead, *(block for section in parts_of_page for block in section.blocks)]
     moving = [block for block in blocks if isinstance(block, Scripted)]

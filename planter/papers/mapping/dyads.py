@@ -27,6 +27,7 @@ from numpy.typing import NDArray
 
 from planter.errors import ComputationError, InputError
 from planter.kernels import Array
+from planter.numerics.arrays import direction
 from planter.papers.mapping import model
 from planter.papers.mapping.results import Pair, StraightFound
 
@@ -475,7 +476,7 @@ def _lines(basis: Array) -> list[Array]:
 
 def _directions() -> Array:
     angles = np.pi * np.arange(CUTS) / CUTS
-    return np.column_stack([np.cos(angles), np.sin(angles)])
+    return direction(angles).T
 
 
 def fit_dyads(poses: Array) -> Solution:

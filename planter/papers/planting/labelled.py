@@ -14,6 +14,7 @@ import numpy as np
 from planter.kernels import Array
 from planter.kernels.formulas import load as load_formulas
 from planter.mechanism.labelled import LOADS, group_loads
+from planter.numerics.arrays import rotation
 from planter.papers.planting.file import load
 from planter.papers.planting.lifted import NAME, LiftedModel
 from planter.papers.planting.model import SIDES, Device
@@ -82,8 +83,7 @@ def _at(columns: At, name: str) -> Array:
 
 
 def _turned(vector: Sequence[float] | Array, degrees: float) -> Array:
-    c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
-    return np.array([[c, -s], [s, c]]) @ np.asarray(vector, dtype=float)
+    return rotation(np.radians(degrees)) @ np.asarray(vector, dtype=float)
 
 
 def _angles(device: Device) -> dict[str, float]:
