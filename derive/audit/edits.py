@@ -101,16 +101,6 @@ def _replace_part(expr: Basic, path: tuple[int, ...], part: Basic) -> Expr:
     return expr.func(*expr.args[:index], changed, *expr.args[index + 1 :])
 
 
-def list_edits(
-    expr: Expr,
-    vocabulary: Iterable[Quantity],
-    overall: bool = True,
-    present: Iterable[sp.Symbol] = (),
-) -> Iterator[Edit]:
-    """Every single edit of an expression: see `propose_edits`."""
-    return (proposal.apply(expr) for proposal in propose_edits(expr, vocabulary, overall, present))
-
-
 def propose_edits(
     expr: Expr,
     vocabulary: Iterable[Quantity],

@@ -175,7 +175,9 @@ def derive_driven_motion(
         MESHES, (s for mesh in find_meshes(stated) for s in mesh.lets()), inputs, steps
     )
     roller_functions = build_function(FOLLOWERS, roller_centres(stated, angle), inputs, steps)
-    load_functions, loads = build_load_function(stated, (angle, *data, *outputs))
+    load_functions, loads = build_load_function(stated, (angle, *data, *outputs), stated.axes)
+    if any(set(function.inputs[0]) - {angle, *data, *outputs} for function in load_functions):
+        load_functions, loads = (), []
     functions = (
         *stated.loops.functions(angle, data, stated.named),
         *drawing_functions,

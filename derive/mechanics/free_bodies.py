@@ -7,7 +7,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from sympy import Expr, Integer
+from sympy import Expr, Integer, Symbol
 
 from ..model import ClosedForm, Let, build_function, let, needed
 from ..quantity import Quantity, Vector
@@ -119,23 +119,22 @@ def _locate(stated: Statement, point: Point) -> Vec:
 
 
 def build_load_function(
-    stated: Statement, inputs: Sequence[Quantity]
+    stated: Statement, inputs: Sequence[Quantity], axes: Sequence[str]
 ) -> tuple[tuple[ClosedForm, ...], list[StatedLoad]]:
-    """Return the function of the loads from quantities that are ``inputs``, packed as ``state``, and
-    the loads; nothing if the loads need other quantities.
+    """Return the function of the loads, and the loads, with places along ``axes``.
+
+    It takes a packed ``state``: those of ``inputs`` that the loads depend on, then other quantities
+    from which these follow.
     """
     loads = list_loads(stated)
     components = [
-        step
-        for number, load in enumerate(loads, 1)
-        for step in load.list_components(number, stated.axes)
+        step for number, load in enumerate(loads, 1) for step in load.list_components(number, axes)
     ]
     named = [step for step in stated.named if step.symbol not in inputs]
-    outputs = frozenset(step.symbol for step in components)
-    steps = needed((*named, *components), outputs)
-    free = frozenset().union(*(step.needs for step in steps))
-    free -= frozenset().union(*(step.defines for step in steps))
-    if not components or free - set(inputs):
-        return (), []
-    state = Vector("state", tuple(symbol for symbol in inputs if symbol in free))
-    return build_function(LOADS, components, (state,), named), loads
+    steps = needed((*named, *components), frozenset(step.symbol for step in components))
+    free = frozenset[Symbol]().union(*(step.needs for step in steps))
+    free -= frozenset[Symbol]().union(*(step.defines for step in steps))
+    others = sorted(free - set(inputs), key=str)
+    state = Vector("state", (*(symbol for symbol in inputs if symbol in free), *others))
+    functions = build_function(LOADS, components, (state,), named)
+    return functions, loads if functions else []

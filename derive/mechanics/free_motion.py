@@ -657,7 +657,7 @@ class Free:
         between = [] if motion is None else motion.steps
         required = frozenset().union(*(step.needs for step in between))
         early = needed(self.stated.reports, required)  # loads may be stated by them
-        first = (*self._named, *early)
+        first = (*self.stated.defined, *early)
         stated, moving = set(map(id, first)), set(map(id, between))
         last = [step for step in last if id(step) not in stated]
         steps = needed((*first, *between, *last), symbols)
@@ -666,10 +666,6 @@ class Free:
             *_note_once([step for step in steps if id(step) in moving]),
             *_note_once(sorted_steps([step for step in steps if id(step) not in stated | moving])),
         )
-
-    @cached_property
-    def _named(self) -> tuple[Step, ...]:
-        return self.stated.defined
 
     @staticmethod
     def _let(name: str, unit: str, expr: Expr) -> Let:

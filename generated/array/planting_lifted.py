@@ -9,19 +9,27 @@ of cam flanks, (xp, x) -> (p, dp, ddp).
 
 
 def prologue(xp, mounting, parameters1, hoisted1, parameters2, hoisted2, machine, lifted, stage1, stage2):
-    """hoisted: 18 entries in the order of the CasADi function."""
+    """hoisted: 27 entries in the order of the CasADi function."""
     alpha3 = mounting[2]  # [rad] initial phase of the sun
     beta6 = mounting[3]  # [rad] initial phase of gear 6
     omega = machine[0]  # [rad/s] carrier speed, constant
+    g = machine[1]  # [m/s2] gravity
     mu1 = machine[4]  # [rad] friction angle of cam and roller
     mu2 = machine[5]  # [rad] friction angle of the teeth
     m2 = machine[7]  # [kg] mass of the middle body
+    m3 = machine[8]  # [kg] mass of planet, shaft and funnel
+    m_C1 = machine[10]  # [kg] mass of the rocker
+    m_C2 = machine[11]  # [kg] mass of the nozzle half
     J_56 = machine[12]  # [kg m2] moment of inertia of the middle body about A1
+    J_7 = machine[13]  # [kg m2] moment of inertia of planet, shaft and funnel about B1
     rho_CA = machine[22]  # [m] distance of the middle body's centroid from A1
     beta_CA = machine[23]  # [rad] direction of the middle body's centroid at phi = 0
+    c_CBx = machine[24]  # [m] centroid of planet, shaft and funnel, x'
+    c_CBy = machine[25]  # [m] centroid of planet, shaft and funnel, y'
     y_A = machine[27]  # [m] hinge A, y'
     c_C1y = machine[30]  # [m] centroid of the rocker from the hinge, closed, y'
     c_C2y = machine[33]  # [m] centroid of the nozzle half from the hinge, closed, y'
+    c_Fy = machine[36]  # [m] spring hook from the hinge, closed, y'
     psi0 = machine[40]  # [rad] initial angle of the rocker
     R_b = machine[41]  # [m] radius of the base cylinder of the cam
     delta_r0 = machine[43]  # [rad] start of the rise
@@ -36,32 +44,42 @@ def prologue(xp, mounting, parameters1, hoisted1, parameters2, hoisted2, machine
     _, _, _, _, _, T2_0 = stage2(xp, beta6, parameters2, hoisted2)
     c2 = 1 / (-delta_r0 + delta_r1)
     c6 = 1 / (-delta_f0 + delta_f1)
-    c22 = xp.sin(psi0)
-    c25 = xp.cos(psi0)
+    c23 = xp.sin(psi0)
+    c26 = xp.cos(psi0)
     # derived: roller centre, y'
     y_E = R_b
+    # derived: spring hook, y'
+    y_F = c_Fy + y_A
     # derived: centroid of the rocker, y'
     y_C1 = c_C1y + y_A
     # derived: centroid of the nozzle half, y'
     y_C2 = c_C2y + y_A
-    c34 = xp.sin(beta_CA)
-    c37 = xp.cos(beta_CA)
-    c43 = y_A - y_C1
-    c50 = y_A - y_C2
-    c55 = -c43
-    c58 = -c50
-    c80 = xp.cos(mu1)
-    c102 = xp.tan(mu2)
-    c103 = against * c102
-    c120 = rho_CA**2
-    c121 = J_56 - m2 * (c120 * c34**2 + c120 * c37**2)
+    c39 = xp.sin(beta_CA)
+    c42 = xp.cos(beta_CA)
+    c57 = J_7 - m3 * (c_CBx**2 + c_CBy**2)
+    c59 = rho_CA**2
+    c60 = J_56 - m2 * (c39**2 * c59 + c42**2 * c59)
+    c69 = m_C1 / 2
+    c72 = m_C2 / 2
+    c73 = 2 * g
+    # derived: middle body: force along z of frame
+    F_A1z = 0
+    c77 = y_A - y_C1
+    c84 = y_A - y_C2
+    c89 = -c77
+    c92 = -c84
+    c121 = xp.cos(mu1)
+    c134 = -y_A + y_E
+    c146 = xp.tan(mu2)
+    c147 = against * c146
     return (
-        T1_0, c1, T2_0, c2, c6, c22, c25, y_E, c34, c37, c43, c50, c55, c58, c80, c102, c103, c121,
+        T1_0, c1, T2_0, c2, c6, c23, c26, y_E, y_F, y_C1, y_C2, c39, c42, c57, c60, c69, c72, c73, F_A1z, c77,
+        c84, c89, c92, c121, c134, c146, c147,
     )
 
 
 def lane(xp, phi, mounting, parameters1, hoisted1, parameters2, hoisted2, machine, lifted, hoisted, stage1, stage2, flank):
-    """side: 44 entries in the order of the CasADi function."""
+    """side: 59 entries in the order of the CasADi function."""
     theta = mounting[0]  # [rad] initial mounting angle of the nozzle
     gamma = mounting[1]  # [rad] angle between the two centre lines
     alpha3 = mounting[2]  # [rad] initial phase of the sun
@@ -77,7 +95,6 @@ def lane(xp, phi, mounting, parameters1, hoisted1, parameters2, hoisted2, machin
     m3 = machine[8]  # [kg] mass of planet, shaft and funnel
     m_C1 = machine[10]  # [kg] mass of the rocker
     m_C2 = machine[11]  # [kg] mass of the nozzle half
-    J_7 = machine[13]  # [kg m2] moment of inertia of planet, shaft and funnel about B1
     I_C1x = machine[14]  # [kg m2] centroidal moment of inertia of the rocker, x
     I_C1y = machine[15]  # [kg m2] centroidal moment of inertia of the rocker, y
     I_C1z = machine[16]  # [kg m2] centroidal moment of inertia of the rocker, z
@@ -91,8 +108,10 @@ def lane(xp, phi, mounting, parameters1, hoisted1, parameters2, hoisted2, machin
     y_A = machine[27]  # [m] hinge A, y'
     z_A = machine[28]  # [m] hinge A, z'
     c_C1x = machine[29]  # [m] centroid of the rocker from the hinge, closed, x'
+    c_C1y = machine[30]  # [m] centroid of the rocker from the hinge, closed, y'
     c_C1z = machine[31]  # [m] centroid of the rocker from the hinge, closed, z'
     c_C2x = machine[32]  # [m] centroid of the nozzle half from the hinge, closed, x'
+    c_C2y = machine[33]  # [m] centroid of the nozzle half from the hinge, closed, y'
     c_C2z = machine[34]  # [m] centroid of the nozzle half from the hinge, closed, z'
     c_Fx = machine[35]  # [m] spring hook from the hinge, closed, x'
     c_Fz = machine[37]  # [m] spring hook from the hinge, closed, z'
@@ -120,19 +139,28 @@ def lane(xp, phi, mounting, parameters1, hoisted1, parameters2, hoisted2, machin
     T2_0 = hoisted[2]  # [rad] T2 at phi = 0
     c2 = hoisted[3]
     c6 = hoisted[4]
-    c22 = hoisted[5]
-    c25 = hoisted[6]
+    c23 = hoisted[5]
+    c26 = hoisted[6]
     y_E = hoisted[7]  # [m] roller centre, y'
-    c34 = hoisted[8]
-    c37 = hoisted[9]
-    c43 = hoisted[10]
-    c50 = hoisted[11]
-    c55 = hoisted[12]
-    c58 = hoisted[13]
-    c80 = hoisted[14]
-    c102 = hoisted[15]
-    c103 = hoisted[16]
-    c121 = hoisted[17]
+    y_F = hoisted[8]  # [m] spring hook, y'
+    y_C1 = hoisted[9]  # [m] centroid of the rocker, y'
+    y_C2 = hoisted[10]  # [m] centroid of the nozzle half, y'
+    c39 = hoisted[11]
+    c42 = hoisted[12]
+    c57 = hoisted[13]
+    c60 = hoisted[14]
+    c69 = hoisted[15]
+    c72 = hoisted[16]
+    c73 = hoisted[17]
+    F_A1z = hoisted[18]  # [N] force of carrier on middle body at A1, z
+    c77 = hoisted[19]
+    c84 = hoisted[20]
+    c89 = hoisted[21]
+    c92 = hoisted[22]
+    c121 = hoisted[23]
+    c134 = hoisted[24]
+    c146 = hoisted[25]
+    c147 = hoisted[26]
     # derived: sun's polar angle at contact P
     t1 = alpha3 + phi
     # derived: stage 1
@@ -207,33 +235,38 @@ def lane(xp, phi, mounting, parameters1, hoisted1, parameters2, hoisted2, machin
     c17 = gamma + phi
     c18 = xp.sin(c17)
     c19 = a2 * c18 + c14
+    c20 = -c19
     # derived: B1, x
-    x_B1 = -c19
-    c20 = xp.cos(c17)
-    c21 = a2 * c20 + c16
+    x_B1 = c20
+    c21 = xp.cos(c17)
+    c22 = a2 * c21 + c16
     # derived: B1, y
-    y_B1 = c21
-    c23 = xp.sin(theta1)
-    c24 = L_AE * c23
-    c26 = xp.cos(theta1)
-    c27 = L_AE * c26
-    c28 = c22 * c24 - c25 * c27
-    c29 = x_A + c28
+    y_B1 = c22
+    c24 = xp.sin(theta1)
+    c25 = L_AE * c24
+    c27 = xp.cos(theta1)
+    c28 = L_AE * c27
+    c29 = c23 * c25 - c26 * c28
+    c30 = x_A + c29
     # derived: roller centre, x'
-    x_E = c29
-    c30 = c22 * c27 + c24 * c25
+    x_E = c30
+    c31 = c23 * c28 + c25 * c26
     # derived: roller centre, z'
-    z_E = z_A + c30
+    z_E = z_A + c31
     # derived: spring hook, x'
-    x_F = c_Fx * c26 + c_Fz * c23 + x_A
+    x_F = c_Fx * c27 + c_Fz * c24 + x_A
+    c32 = c_C1x * c27 + c_C1z * c24
     # derived: centroid of the rocker, x'
-    x_C1 = c_C1x * c26 + c_C1z * c23 + x_A
+    x_C1 = x_A + c32
+    c33 = c_C1x * c24
     # derived: centroid of the rocker, z'
-    z_C1 = -c_C1x * c23 + c_C1z * c26 + z_A
+    z_C1 = c_C1z * c27 + z_A - c33
+    c34 = c_C2x * c27 + c_C2z * c24
     # derived: centroid of the nozzle half, x'
-    x_C2 = c_C2x * c26 + c_C2z * c23 + x_A
+    x_C2 = x_A + c34
+    c35 = c_C2x * c24
     # derived: centroid of the nozzle half, z'
-    z_C2 = -c_C2x * c23 + c_C2z * c26 + z_A
+    z_C2 = c_C2z * c27 + z_A - c35
     # derived: acceleration of A1, x
     ax_A1 = -speed_rate * y_A1 - x_A1 * c1
     # derived: acceleration of A1, y
@@ -242,209 +275,266 @@ def lane(xp, phi, mounting, parameters1, hoisted1, parameters2, hoisted2, machin
     ax_B1 = -speed_rate * y_B1 - x_B1 * c1
     # derived: acceleration of B1, y
     ay_B1 = speed_rate * x_B1 - y_B1 * c1
-    c31 = xp.sin(alpha)
-    c32 = Omega**2
-    c33 = xp.cos(alpha)
+    c36 = xp.sin(alpha)
+    c37 = Omega**2
+    c38 = xp.cos(alpha)
     # derived: absolute acceleration of the hinge, x'
-    ax_A = -Omega_dot * y_A + ax_B1 * c33 - ay_B1 * c31 - x_A * c32
+    ax_A = -Omega_dot * y_A + ax_B1 * c38 - ay_B1 * c36 - x_A * c37
     # derived: absolute acceleration of the hinge, y'
-    ay_A = Omega_dot * x_A + ax_B1 * c31 + ay_B1 * c33 - y_A * c32
-    c35 = phi + phi52
-    c36 = rho_CA * xp.sin(c35)
-    c38 = xp.cos(c35)
+    ay_A = Omega_dot * x_A + ax_B1 * c36 + ay_B1 * c38 - y_A * c37
+    c40 = phi + phi52
+    c41 = rho_CA * xp.sin(c40)
+    c43 = xp.cos(c40)
+    c44 = -rho_CA * c42 * c43 + c39 * c41
+    c45 = -c14 - c44
     # derived: centroid of the middle body, x
-    x_CA = rho_CA * c37 * c38 - c14 - c34 * c36
+    x_CA = c45
+    c46 = rho_CA * c39 * c43 + c41 * c42
+    c47 = c16 + c46
     # derived: centroid of the middle body, y
-    y_CA = rho_CA * c34 * c38 + c16 + c36 * c37
+    y_CA = c47
+    c48 = c_CBx * c38
+    c49 = c_CBy * c36
     # derived: centroid of planet, shaft and funnel, x
-    x_CB = c_CBx * c33 + c_CBy * c31 - c19
+    x_CB = -c19 + c48 + c49
+    c50 = c_CBx * c36
     # derived: centroid of planet, shaft and funnel, y
-    y_CB = -c_CBx * c31 + c_CBy * c33 + c21
+    y_CB = c_CBy * c38 + c22 - c50
     # derived: tip, x, in the machine's frame
-    x_tip_machine = L_tip * c33 + x_B1
+    x_tip_machine = L_tip * c38 + x_B1
     # derived: tip, x
     x_tip = x_tip_machine + phi * v_f / omega
-    c39 = -y_B1
+    c51 = -y_B1
     # derived: tip, y
-    y_tip = -L_tip * c31 - c39
+    y_tip = -L_tip * c36 - c51
+    c52 = c_Fx * c24
+    c53 = c_Fz * c27
     # derived: force of the return spring
-    S = S0 + 2 * k_s * (c_Fx * c23 - c_Fz * c26 + c_Fz)
-    c40 = x_A - x_C1
-    c41 = -c40
-    c42 = theta1_dot**2
-    c44 = z_A - z_C1
-    c45 = -c44
-    c46 = -ax_A + g * c31
-    c47 = m_C1 * (-Omega_dot * c43 - theta1_ddot * c45 + c32 * c41 + c41 * c42 + c46)
-    c48 = x_A - x_C2
-    c49 = -c48
-    c51 = z_A - z_C2
-    c52 = -c51
-    c53 = m_C2 * (-Omega_dot * c50 - theta1_ddot * c52 + c32 * c49 + c42 * c49 + c46)
-    c54 = c47 + c53
-    # derived: outer half: force along x of planet
-    F_Aox = -c54
-    c56 = ay_A + g * c33
-    c57 = m_C1 * (-Omega * theta1_dot * c45 - Omega * (-Omega * c55 + theta1_dot * c45) - Omega_dot * c41 - c56)
-    c59 = m_C2 * (-Omega * theta1_dot * c52 - Omega * (-Omega * c58 + theta1_dot * c52) - Omega_dot * c49 - c56)
-    c60 = c57 + c59
-    # derived: outer half: force along y of planet
-    F_Aoy = -c60
-    c61 = c42 * c45
-    c62 = -theta1_ddot * c41 - c61
-    c63 = c42 * c52
-    c64 = -theta1_ddot * c49 - c63
-    # derived: outer half: force along z of planet
-    F_Aoz = S - m_C1 * c62 - m_C2 * c64
-    c65 = c23 * c32
-    c66 = c26 * c65
-    c67 = I_C1x * c26
+    S = S0 + 2 * k_s * (c_Fz + c52 - c53)
+    c54 = theta1_dot**2
+    c55 = c24**2 * c37
+    c56 = c27**2 * c37
+    c58 = omega + phi52_dot
+    c61 = -c22
+    c62 = -omega * c20
+    c63 = theta1_dot * (c_C1z * c27 - c33)
+    c64 = omega * c61
+    c65 = x_A * c36
+    c66 = y_A * c38 - c65
+    c67 = x_A * c38 + y_A * c36
     c68 = (
-        I_C1y * theta1_ddot + I_C1z * c66 - I_C2x * c66 + I_C2y * theta1_ddot + I_C2z * c66 + S * (-x_A + x_F) -
-        c65 * c67
+        (-Omega * (-c_C1y * c36 - c32 * c38 - c67) - c36 * c63 - c62)**2 + (-Omega * (c_C1y * c38 - c32 * c36 +
+        c66) + c38 * c63 + c64)**2
+    )
+    c70 = theta1_dot * (c_C2z * c27 - c35)
+    c71 = (
+        (-Omega * (-c_C2y * c36 - c34 * c38 - c67) - c36 * c70 - c62)**2 + (-Omega * (c_C2y * c38 - c34 * c36 +
+        c66) + c38 * c70 + c64)**2
+    )
+    # derived: kinetic energy of a side
+    T_side = (
+        I_C1x * c55 + I_C1y * c54 + I_C1z * c56 + I_C2x * c55 + I_C2y * c54 + I_C2z * c56 + m2 * ((omega * c45 -
+        phi52_dot * c44)**2 + (-omega * c47 - phi52_dot * c46)**2) / 2 + m3 * ((-Omega * (-c48 - c49) - c62)**2 +
+        (-Omega * (c_CBy * c38 - c50) + omega * c61)**2) / 2 + c37 * c57 / 2 + c58**2 * c60 / 2 + 2 * c69 *
+        (c32**2 * c54 + c68) + 2 * c72 * (c34**2 * c54 + c71)
+    )
+    c74 = 2 * c_Fz + 2 * c52 - 2 * c53
+    # derived: potential energy of a side: weights and return spring
+    V_side = (
+        S0 * c74 + g * m2 * y_CA + g * m3 * y_CB + k_s * c74**2 / 2 + m_C1 * c73 * (-x_C1 * c36 + y_B1 + y_C1 *
+        c38) + m_C2 * c73 * (-x_C2 * c36 + y_B1 + y_C2 * c38)
+    )
+    c75 = x_A - x_C1
+    c76 = -c75
+    c78 = z_A - z_C1
+    c79 = -c78
+    c80 = -ax_A + g * c36
+    c81 = m_C1 * (-Omega_dot * c77 - theta1_ddot * c79 + c37 * c76 + c54 * c76 + c80)
+    c82 = x_A - x_C2
+    c83 = -c82
+    c85 = z_A - z_C2
+    c86 = -c85
+    c87 = m_C2 * (-Omega_dot * c84 - theta1_ddot * c86 + c37 * c83 + c54 * c83 + c80)
+    c88 = c81 + c87
+    # derived: outer half: force along x of planet
+    F_Aox = -c88
+    c90 = ay_A + g * c38
+    c91 = m_C1 * (-Omega * theta1_dot * c79 - Omega * (-Omega * c89 + theta1_dot * c79) - Omega_dot * c76 - c90)
+    c93 = m_C2 * (-Omega * theta1_dot * c86 - Omega * (-Omega * c92 + theta1_dot * c86) - Omega_dot * c83 - c90)
+    c94 = c91 + c93
+    # derived: outer half: force along y of planet
+    F_Aoy = -c94
+    c95 = c54 * c79
+    c96 = -theta1_ddot * c76 - c95
+    c97 = m_C1 * c96
+    c98 = c54 * c86
+    c99 = -theta1_ddot * c83 - c98
+    c100 = m_C2 * c99
+    # derived: outer half: force along z of planet
+    F_Aoz = S - c100 - c97
+    c101 = S * (-y_A + y_F)
+    c102 = Omega_dot * c24
+    c103 = Omega * theta1_dot
+    c104 = I_C1x * c27
+    c105 = c103 * c27
+    c106 = I_C1x * c102 + I_C1y * c105 - I_C1z * c105 + c103 * c104
+    c107 = I_C2x * c102 + I_C2x * c105 + I_C2y * c105 - I_C2z * c105
+    c108 = Omega_dot * c27
+    c109 = c103 * c24
+    c110 = I_C1x * c109 - I_C1y * c109 + I_C1z * c108 - I_C1z * c109
+    c111 = c110 * c24
+    c112 = I_C2x * c109 - I_C2y * c109 + I_C2z * c108 - I_C2z * c109
+    c113 = c112 * c24
+    # derived: outer half: moment along x of planet about A outer
+    M_Aox = -c100 * c92 + c101 + c106 * c27 + c107 * c27 - c111 - c113 + c78 * c91 + c85 * c93 - c89 * c97
+    c114 = c24 * c37
+    c115 = c114 * c27
+    c116 = (
+        I_C1y * theta1_ddot + I_C1z * c115 - I_C2x * c115 + I_C2y * theta1_ddot + I_C2z * c115 + S * (-x_A + x_F)
+        - c104 * c114
     )
     # derived: outer half: moment along y of planet about A outer
-    M_K = m_C1 * c41 * c62 + m_C2 * c49 * c64 - c44 * c47 - c51 * c53 - c68
-    c69 = Omega_dot * c23
-    c70 = Omega * theta1_dot
-    c71 = c26 * c70
-    c72 = I_C1x * c69 + I_C1y * c71 - I_C1z * c71 + c67 * c70
-    c73 = I_C2x * c69 + I_C2x * c71 + I_C2y * c71 - I_C2z * c71
-    c74 = Omega_dot * c26
-    c75 = c23 * c70
-    c76 = (
-        c26 * (I_C1x * c75 - I_C1y * c75 + I_C1z * c74 - I_C1z * c75) + c26 * (I_C2x * c75 - I_C2y * c75 + I_C2z *
-        c74 - I_C2z * c75) - c41 * c57 + c47 * c55 - c49 * c59 + c53 * c58
-    )
+    M_K = m_C1 * c76 * c96 + m_C2 * c83 * c99 - c116 - c78 * c81 - c85 * c87
+    c117 = c110 * c27 + c112 * c27 - c76 * c91 + c81 * c89 - c83 * c93 + c87 * c92
     # derived: outer half: moment along z of planet about A outer
-    M_Aoz = c23 * c72 + c23 * c73 + c76
-    c77 = m_C1 * (-theta1_ddot * c40 + c61)
-    c78 = m_C2 * (-theta1_ddot * c48 + c63)
-    c79 = -x_A + x_E
-    c81 = -Omega * R_b + R_b * omega + theta1_dot * c30
-    c82 = -c28
-    c83 = c42 * c82**2 + c81**2
-    c84 = 1 / xp.sqrt(c83)
-    c85 = Omega * c29 - omega * c29
-    c86 = along_hinge**2 * c85**2 + c83
-    c87 = xp.sin(mu1) / xp.sqrt(c86)
-    c88 = theta1_dot * c82
-    c89 = c80 * c81 * c84 - c87 * c88
-    c90 = -c80 * c84 * c88 - c81 * c87
+    M_Aoz = c106 * c24 + c107 * c24 + c117
+    c118 = m_C1 * (-theta1_ddot * c75 + c95)
+    c119 = m_C2 * (-theta1_ddot * c82 + c98)
+    c120 = -x_A + x_E
+    c122 = -Omega * R_b + R_b * omega + theta1_dot * c31
+    c123 = -c29
+    c124 = c122**2 + c123**2 * c54
+    c125 = 1 / xp.sqrt(c124)
+    c126 = Omega * c30 - omega * c30
+    c127 = along_hinge**2 * c126**2 + c124
+    c128 = xp.sin(mu1) / xp.sqrt(c127)
+    c129 = theta1_dot * c123
+    c130 = c121 * c122 * c125 - c128 * c129
+    c131 = -z_A + z_E
+    c132 = -c121 * c125 * c129 - c122 * c128
     # derived: inner half: moment along y of planet about A
-    F_E = (-M_K + c41 * c77 - c45 * c47 + c49 * c78 - c52 * c53 + c68) / (-c79 * c89 + c90 * (-z_A + z_E))
+    F_E = (-M_K + c116 + c118 * c76 + c119 * c83 - c79 * c81 - c86 * c87) / (-c120 * c130 + c131 * c132)
     # derived: contact force of carrier on inner half at E inner half
-    F_Ex = F_E * c90
-    c91 = along_hinge * c85
+    F_Ex = F_E * c132
+    c133 = along_hinge * c126
     # derived: contact force of carrier on inner half at E inner half
-    F_Ey = -F_E * c87 * c91
+    F_Ey = -F_E * c128 * c133
     # derived: contact force of carrier on inner half at E inner half
-    F_Ez = F_E * c89
+    F_Ez = F_E * c130
     # derived: power lost to friction between carrier and inner half at E inner half
-    F_E_loss = -F_Ex * c81 - F_Ey * c91 - F_Ez * c88
+    F_E_loss = -F_Ex * c122 - F_Ey * c133 - F_Ez * c129
     # derived: inner half: force along x of planet
-    F_Ax = -F_Ex - c54
+    F_Ax = -F_Ex - c88
     # derived: inner half: force along y of planet
-    F_Ay = -F_Ey - c60
+    F_Ay = -F_Ey - c94
     # derived: inner half: force along z of planet
-    F_Az = -F_Ez - S - c77 - c78
+    F_Az = -F_Ez - S - c118 - c119
+    # derived: planet: force along z of frame
+    F_B1z = F_Aoz + F_Az
+    c135 = -c106
+    c136 = -c107
+    # derived: inner half: moment along x of planet about A
+    M_Ax = (
+        F_Ey * c131 - F_Ez * c134 - c101 + c111 + c113 - c118 * c89 - c119 * c92 + c135 * c27 + c136 * c27 + c79 *
+        c91 + c86 * c93
+    )
     # derived: inner half: moment along z of planet about A
-    M_Az = F_Ex * (-y_A + y_E) - F_Ey * c79 + c23 * c72 + c23 * c73 + c76
-    c92 = x_A * c33 + y_A * c31
-    c93 = F_Aox * c31 - F_Aoy * c33
-    c94 = F_Ax * c31 - F_Ay * c33
-    c95 = F_Aox * c33 + F_Aoy * c31
-    c96 = -x_A * c31 + y_A * c33
-    c97 = F_Ax * c33 + F_Ay * c31
-    c98 = m3 * (-Omega_dot * y_B1 + Omega_dot * y_CB - ax_B1 - x_B1 * c32 + x_CB * c32)
-    c99 = m3 * (Omega_dot * x_B1 - Omega_dot * x_CB - ay_B1 - g - y_B1 * c32 + y_CB * c32)
+    M_Az = F_Ex * c134 - F_Ey * c120 + c117 - c135 * c24 - c136 * c24
+    c137 = F_Aox * c36 - F_Aoy * c38
+    c138 = F_Ax * c36 - F_Ay * c38
+    c139 = F_Aox * c38 + F_Aoy * c36
+    c140 = y_A * c38 - c65
+    c141 = F_Ax * c38 + F_Ay * c36
+    c142 = m3 * (-Omega_dot * y_B1 + Omega_dot * y_CB - ax_B1 - x_B1 * c37 + x_CB * c37)
+    c143 = m3 * (Omega_dot * x_B1 - Omega_dot * x_CB - ay_B1 - g - y_B1 * c37 + y_CB * c37)
     # derived: planet: moment along z of frame about B1
     M_Q = (
-        M_Aoz + M_Az + Omega_dot * (J_7 - m3 * (c_CBx**2 + c_CBy**2)) - c92 * c93 - c92 * c94 - c95 * c96 - c96 *
-        c97 + c98 * (-y_B1 + y_CB) - c99 * (-x_B1 + x_CB)
+        M_Aoz + M_Az + Omega_dot * c57 - c137 * c67 - c138 * c67 - c139 * c140 - c140 * c141 + c142 * (-y_B1 +
+        y_CB) - c143 * (-x_B1 + x_CB)
     )
-    c100 = phi52_dot - phi72_dot
-    c101 = xp.sign(c100)
-    c104 = c101 * c103
-    c105 = away_Q_plus * c104
-    c106 = alpha_n + xi2
-    c107 = xp.sin(c106)
-    c108 = xp.cos(c106)
-    c109 = c102 * (against * (lead_Q_plus * c101 - 1) + 1)
-    c110 = c107 - c108 * c109
-    c111 = M_Q >= 0
-    c112 = away_Q_minus * c104
-    c113 = alpha_n - xi2
-    c114 = xp.sin(c113)
-    c115 = xp.cos(c113)
-    c116 = c102 * (against * (-lead_Q_minus * c101 - 1) + 1)
-    c117 = c114 - c115 * c116
+    c144 = phi52_dot - phi72_dot
+    c145 = xp.sign(c144)
+    c148 = c145 * c147
+    c149 = away_Q_plus * c148
+    c150 = alpha_n + xi2
+    c151 = xp.sin(c150)
+    c152 = xp.cos(c150)
+    c153 = c146 * (against * (lead_Q_plus * c145 - 1) + 1)
+    c154 = c151 - c152 * c153
+    c155 = M_Q >= 0
+    c156 = away_Q_minus * c148
+    c157 = alpha_n - xi2
+    c158 = xp.sin(c157)
+    c159 = xp.cos(c157)
+    c160 = c146 * (against * (-lead_Q_minus * c145 - 1) + 1)
+    c161 = c158 - c159 * c160
     # derived: normal force between the teeth of middle body and planet
-    F_NQ = M_Q * xp.where(c111, 1 / (r7 * c110 + c105), 1 / (r7 * c117 + c112))
-    c118 = F_NQ * xp.where(c111, c110, c117)
-    c119 = F_NQ * xp.where(c111, c107 * c109 + c108, -c114 * c116 - c115)
+    F_NQ = M_Q * xp.where(c155, 1 / (r7 * c154 + c149), 1 / (r7 * c161 + c156))
+    c162 = F_NQ * xp.where(c155, c154, c161)
+    c163 = F_NQ * xp.where(c155, c151 * c153 + c152, -c158 * c160 - c159)
     # derived: tooth force of planet on middle body
-    F_Qx = -c118 * c20 - c119 * c18
+    F_Qx = -c162 * c21 - c163 * c18
     # derived: tooth force of planet on middle body
-    F_Qy = -c118 * c18 + c119 * c20
+    F_Qy = -c162 * c18 + c163 * c21
     # derived: power lost to friction between the teeth of middle body and planet
-    F_Q_loss = F_NQ * xp.where(c111, c100 * c105, c100 * c112)
+    F_Q_loss = F_NQ * xp.where(c155, c144 * c149, c144 * c156)
     # derived: power of the inner gear on the outer one at Q, seen from the carrier
     F_Q_power = M_Q * phi72_dot
-    c122 = y_A1 - y_CA
-    c126 = -x_A1 + x_CA
-    c123 = omega + phi52_dot
-    c124 = omega * x_A1
-    c125 = -c123
-    c127 = m2 * (-ax_A1 - phi52_ddot * c122 - speed_rate * c122 - c123 * c124 - c125 * (c123 * c126 + c124))
-    c128 = (
-        m2 * (-ay_A1 - g + omega * y_A1 * c125 - phi52_ddot * c126 - speed_rate * c126 - c123 * (-omega * y_CA +
+    c164 = y_A1 - y_CA
+    c167 = -x_A1 + x_CA
+    c165 = omega * x_A1
+    c166 = -c58
+    c168 = m2 * (-ax_A1 - phi52_ddot * c164 - speed_rate * c164 - c165 * c58 - c166 * (c165 + c167 * c58))
+    c169 = (
+        m2 * (-ay_A1 - g + omega * y_A1 * c166 - phi52_ddot * c167 - speed_rate * c167 - c58 * (-omega * y_CA +
         phi52_dot * y_A1 - phi52_dot * y_CA))
     )
     # derived: middle body: moment along z of frame about A1
     M_P = (
-        F_Qx * (-y_A1 - c39) - F_Qy * (-x_A1 + x_B1) + M_Q + phi52_ddot * c121 + speed_rate * c121 - c122 * c127 -
-        c126 * c128
+        F_Qx * (-y_A1 - c51) - F_Qy * (-x_A1 + x_B1) + M_Q + phi52_ddot * c60 + speed_rate * c60 - c164 * c168 -
+        c167 * c169
     )
-    c129 = xp.sign(c125)
-    c130 = c103 * c129
-    c131 = away_P_plus * c130
-    c132 = alpha_n + xi1
-    c133 = xp.sin(c132)
-    c134 = xp.cos(c132)
-    c135 = c102 * (against * (lead_P_plus * c129 - 1) + 1)
-    c136 = c133 - c134 * c135
-    c137 = M_P >= 0
-    c138 = away_P_minus * c130
-    c139 = alpha_n - xi1
-    c140 = xp.sin(c139)
-    c141 = xp.cos(c139)
-    c142 = c102 * (against * (-lead_P_minus * c129 - 1) + 1)
-    c143 = c140 - c141 * c142
+    c170 = xp.sign(c166)
+    c171 = c147 * c170
+    c172 = away_P_plus * c171
+    c173 = alpha_n + xi1
+    c174 = xp.sin(c173)
+    c175 = xp.cos(c173)
+    c176 = c146 * (against * (lead_P_plus * c170 - 1) + 1)
+    c177 = c174 - c175 * c176
+    c178 = M_P >= 0
+    c179 = away_P_minus * c171
+    c180 = alpha_n - xi1
+    c181 = xp.sin(c180)
+    c182 = xp.cos(c180)
+    c183 = c146 * (against * (-lead_P_minus * c170 - 1) + 1)
+    c184 = c181 - c182 * c183
     # derived: normal force between the teeth of sun and middle body
-    F_NP = M_P * xp.where(c137, 1 / (r5 * c136 + c131), 1 / (r5 * c143 + c138))
-    c144 = F_NP * xp.where(c137, c136, c143)
-    c145 = F_NP * xp.where(c137, c133 * c135 + c134, -c140 * c142 - c141)
+    F_NP = M_P * xp.where(c178, 1 / (r5 * c177 + c172), 1 / (r5 * c184 + c179))
+    c185 = F_NP * xp.where(c178, c177, c184)
+    c186 = F_NP * xp.where(c178, c174 * c176 + c175, -c181 * c183 - c182)
     # derived: tooth force of middle body on sun
-    F_Px = -c13 * c145 - c144 * c15
+    F_Px = -c13 * c186 - c15 * c185
     # derived: tooth force of middle body on sun
-    F_Py = -c13 * c144 + c145 * c15
+    F_Py = -c13 * c185 + c15 * c186
     # derived: power lost to friction between the teeth of sun and middle body
-    F_P_loss = F_NP * xp.where(c137, c125 * c131, c125 * c138)
+    F_P_loss = F_NP * xp.where(c178, c166 * c172, c166 * c179)
     # derived: power of the inner gear on the outer one at P, seen from the carrier
     F_P_power = M_P * phi52_dot
     # derived: middle body: force along x of frame
-    F_A1x = F_Px - F_Qx - c127
+    F_A1x = F_Px - F_Qx - c168
     # derived: middle body: force along y of frame
-    F_A1y = F_Py - F_Qy - c128
+    F_A1y = F_Py - F_Qy - c169
     # derived: planet: force along x of frame
-    F_B1x = F_Qx + c95 + c97 - c98
+    F_B1x = F_Qx + c139 + c141 - c142
     # derived: planet: force along y of frame
-    F_B1y = F_Qy - c93 - c94 - c99
+    F_B1y = F_Qy - c137 - c138 - c143
     return (
         phi52, phi72, alpha, Omega, Omega_dot, x_tip, y_tip, theta1, F_E, F_Ex, M_Q, M_P, F_B1x, F_B1y, F_A1x,
         F_A1y, F_NP, F_NQ, F_E_loss, F_Ez, F_Ax, F_Ay, F_Qx, F_Qy, F_Px, F_Py, x_A1, y_A1, x_B1, y_B1, t1, t2,
-        x_tip_machine, F_Aox, F_Aoy, F_Az, F_Aoz, F_P_loss, F_Q_loss, F_P_power, F_Q_power, x_E, y_E, F_Ey,
+        x_tip_machine, F_Aox, F_Aoy, F_Az, F_Aoz, F_P_loss, F_Q_loss, F_P_power, F_Q_power, T_side, V_side,
+        phi52_ddot, phi52_dot, theta1_ddot, theta1_dot, F_A1z, F_B1z, F_Ey, M_Aox, M_Aoz, M_Ax, M_Az, M_K, r3, r6,
+        x_E, y_E,
     )
 
 
@@ -466,7 +556,6 @@ def events(xp, phi, mounting, parameters1, hoisted1, parameters2, hoisted2, mach
     m3 = machine[8]  # [kg] mass of planet, shaft and funnel
     m_C1 = machine[10]  # [kg] mass of the rocker
     m_C2 = machine[11]  # [kg] mass of the nozzle half
-    J_7 = machine[13]  # [kg m2] moment of inertia of planet, shaft and funnel about B1
     I_C1x = machine[14]  # [kg m2] centroidal moment of inertia of the rocker, x
     I_C1y = machine[15]  # [kg m2] centroidal moment of inertia of the rocker, y
     I_C1z = machine[16]  # [kg m2] centroidal moment of inertia of the rocker, z
@@ -506,19 +595,20 @@ def events(xp, phi, mounting, parameters1, hoisted1, parameters2, hoisted2, mach
     T2_0 = hoisted[2]  # [rad] T2 at phi = 0
     c2 = hoisted[3]
     c6 = hoisted[4]
-    c22 = hoisted[5]
-    c25 = hoisted[6]
-    y_E = hoisted[7]  # [m] roller centre, y'
-    c34 = hoisted[8]
-    c37 = hoisted[9]
-    c43 = hoisted[10]
-    c50 = hoisted[11]
-    c55 = hoisted[12]
-    c58 = hoisted[13]
-    c80 = hoisted[14]
-    c102 = hoisted[15]
-    c103 = hoisted[16]
-    c121 = hoisted[17]
+    c23 = hoisted[5]
+    c26 = hoisted[6]
+    c39 = hoisted[11]
+    c42 = hoisted[12]
+    c57 = hoisted[13]
+    c60 = hoisted[14]
+    c77 = hoisted[19]
+    c84 = hoisted[20]
+    c89 = hoisted[21]
+    c92 = hoisted[22]
+    c121 = hoisted[23]
+    c134 = hoisted[24]
+    c146 = hoisted[25]
+    c147 = hoisted[26]
     # derived: sun's polar angle at contact P
     t1 = alpha3 + phi
     # derived: stage 1
@@ -589,33 +679,38 @@ def events(xp, phi, mounting, parameters1, hoisted1, parameters2, hoisted2, mach
     c17 = gamma + phi
     c18 = xp.sin(c17)
     c19 = a2 * c18 + c14
+    c20 = -c19
     # derived: B1, x
-    x_B1 = -c19
-    c20 = xp.cos(c17)
-    c21 = a2 * c20 + c16
+    x_B1 = c20
+    c21 = xp.cos(c17)
+    c22 = a2 * c21 + c16
     # derived: B1, y
-    y_B1 = c21
-    c23 = xp.sin(theta1)
-    c24 = L_AE * c23
-    c26 = xp.cos(theta1)
-    c27 = L_AE * c26
-    c28 = c22 * c24 - c25 * c27
-    c29 = x_A + c28
+    y_B1 = c22
+    c24 = xp.sin(theta1)
+    c25 = L_AE * c24
+    c27 = xp.cos(theta1)
+    c28 = L_AE * c27
+    c29 = c23 * c25 - c26 * c28
+    c30 = x_A + c29
     # derived: roller centre, x'
-    x_E = c29
-    c30 = c22 * c27 + c24 * c25
+    x_E = c30
+    c31 = c23 * c28 + c25 * c26
     # derived: roller centre, z'
-    z_E = z_A + c30
+    z_E = z_A + c31
     # derived: spring hook, x'
-    x_F = c_Fx * c26 + c_Fz * c23 + x_A
+    x_F = c_Fx * c27 + c_Fz * c24 + x_A
+    c32 = c_C1x * c27 + c_C1z * c24
     # derived: centroid of the rocker, x'
-    x_C1 = c_C1x * c26 + c_C1z * c23 + x_A
+    x_C1 = x_A + c32
+    c33 = c_C1x * c24
     # derived: centroid of the rocker, z'
-    z_C1 = -c_C1x * c23 + c_C1z * c26 + z_A
+    z_C1 = c_C1z * c27 + z_A - c33
+    c34 = c_C2x * c27 + c_C2z * c24
     # derived: centroid of the nozzle half, x'
-    x_C2 = c_C2x * c26 + c_C2z * c23 + x_A
+    x_C2 = x_A + c34
+    c35 = c_C2x * c24
     # derived: centroid of the nozzle half, z'
-    z_C2 = -c_C2x * c23 + c_C2z * c26 + z_A
+    z_C2 = c_C2z * c27 + z_A - c35
     # derived: acceleration of A1, x
     ax_A1 = -speed_rate * y_A1 - x_A1 * c1
     # derived: acceleration of A1, y
@@ -624,151 +719,163 @@ def events(xp, phi, mounting, parameters1, hoisted1, parameters2, hoisted2, mach
     ax_B1 = -speed_rate * y_B1 - x_B1 * c1
     # derived: acceleration of B1, y
     ay_B1 = speed_rate * x_B1 - y_B1 * c1
-    c31 = xp.sin(alpha)
-    c32 = Omega**2
-    c33 = xp.cos(alpha)
+    c36 = xp.sin(alpha)
+    c37 = Omega**2
+    c38 = xp.cos(alpha)
     # derived: absolute acceleration of the hinge, x'
-    ax_A = -Omega_dot * y_A + ax_B1 * c33 - ay_B1 * c31 - x_A * c32
+    ax_A = -Omega_dot * y_A + ax_B1 * c38 - ay_B1 * c36 - x_A * c37
     # derived: absolute acceleration of the hinge, y'
-    ay_A = Omega_dot * x_A + ax_B1 * c31 + ay_B1 * c33 - y_A * c32
-    c35 = phi + phi52
-    c36 = rho_CA * xp.sin(c35)
-    c38 = xp.cos(c35)
+    ay_A = Omega_dot * x_A + ax_B1 * c36 + ay_B1 * c38 - y_A * c37
+    c40 = phi + phi52
+    c41 = rho_CA * xp.sin(c40)
+    c43 = xp.cos(c40)
+    c44 = -rho_CA * c42 * c43 + c39 * c41
+    c45 = -c14 - c44
     # derived: centroid of the middle body, x
-    x_CA = rho_CA * c37 * c38 - c14 - c34 * c36
+    x_CA = c45
+    c46 = rho_CA * c39 * c43 + c41 * c42
+    c47 = c16 + c46
     # derived: centroid of the middle body, y
-    y_CA = rho_CA * c34 * c38 + c16 + c36 * c37
+    y_CA = c47
+    c48 = c_CBx * c38
+    c49 = c_CBy * c36
     # derived: centroid of planet, shaft and funnel, x
-    x_CB = c_CBx * c33 + c_CBy * c31 - c19
+    x_CB = -c19 + c48 + c49
+    c50 = c_CBx * c36
     # derived: centroid of planet, shaft and funnel, y
-    y_CB = -c_CBx * c31 + c_CBy * c33 + c21
-    c39 = -y_B1
+    y_CB = c_CBy * c38 + c22 - c50
+    c51 = -y_B1
+    c52 = c_Fx * c24
+    c53 = c_Fz * c27
     # derived: force of the return spring
-    S = S0 + 2 * k_s * (c_Fx * c23 - c_Fz * c26 + c_Fz)
-    c40 = x_A - x_C1
-    c41 = -c40
-    c42 = theta1_dot**2
-    c44 = z_A - z_C1
-    c45 = -c44
-    c46 = -ax_A + g * c31
-    c47 = m_C1 * (-Omega_dot * c43 - theta1_ddot * c45 + c32 * c41 + c41 * c42 + c46)
-    c48 = x_A - x_C2
-    c49 = -c48
-    c51 = z_A - z_C2
-    c52 = -c51
-    c53 = m_C2 * (-Omega_dot * c50 - theta1_ddot * c52 + c32 * c49 + c42 * c49 + c46)
-    c54 = c47 + c53
+    S = S0 + 2 * k_s * (c_Fz + c52 - c53)
+    c54 = theta1_dot**2
+    c58 = omega + phi52_dot
+    c65 = x_A * c36
+    c67 = x_A * c38 + y_A * c36
+    c75 = x_A - x_C1
+    c76 = -c75
+    c78 = z_A - z_C1
+    c79 = -c78
+    c80 = -ax_A + g * c36
+    c81 = m_C1 * (-Omega_dot * c77 - theta1_ddot * c79 + c37 * c76 + c54 * c76 + c80)
+    c82 = x_A - x_C2
+    c83 = -c82
+    c85 = z_A - z_C2
+    c86 = -c85
+    c87 = m_C2 * (-Omega_dot * c84 - theta1_ddot * c86 + c37 * c83 + c54 * c83 + c80)
+    c88 = c81 + c87
     # derived: outer half: force along x of planet
-    F_Aox = -c54
-    c56 = ay_A + g * c33
-    c57 = m_C1 * (-Omega * theta1_dot * c45 - Omega * (-Omega * c55 + theta1_dot * c45) - Omega_dot * c41 - c56)
-    c59 = m_C2 * (-Omega * theta1_dot * c52 - Omega * (-Omega * c58 + theta1_dot * c52) - Omega_dot * c49 - c56)
-    c60 = c57 + c59
+    F_Aox = -c88
+    c90 = ay_A + g * c38
+    c91 = m_C1 * (-Omega * theta1_dot * c79 - Omega * (-Omega * c89 + theta1_dot * c79) - Omega_dot * c76 - c90)
+    c93 = m_C2 * (-Omega * theta1_dot * c86 - Omega * (-Omega * c92 + theta1_dot * c86) - Omega_dot * c83 - c90)
+    c94 = c91 + c93
     # derived: outer half: force along y of planet
-    F_Aoy = -c60
-    c61 = c42 * c45
-    c62 = -theta1_ddot * c41 - c61
-    c63 = c42 * c52
-    c64 = -theta1_ddot * c49 - c63
-    c65 = c23 * c32
-    c66 = c26 * c65
-    c67 = I_C1x * c26
-    c68 = (
-        I_C1y * theta1_ddot + I_C1z * c66 - I_C2x * c66 + I_C2y * theta1_ddot + I_C2z * c66 + S * (-x_A + x_F) -
-        c65 * c67
+    F_Aoy = -c94
+    c95 = c54 * c79
+    c96 = -theta1_ddot * c76 - c95
+    c98 = c54 * c86
+    c99 = -theta1_ddot * c83 - c98
+    c102 = Omega_dot * c24
+    c103 = Omega * theta1_dot
+    c104 = I_C1x * c27
+    c105 = c103 * c27
+    c106 = I_C1x * c102 + I_C1y * c105 - I_C1z * c105 + c103 * c104
+    c107 = I_C2x * c102 + I_C2x * c105 + I_C2y * c105 - I_C2z * c105
+    c108 = Omega_dot * c27
+    c109 = c103 * c24
+    c110 = I_C1x * c109 - I_C1y * c109 + I_C1z * c108 - I_C1z * c109
+    c112 = I_C2x * c109 - I_C2y * c109 + I_C2z * c108 - I_C2z * c109
+    c114 = c24 * c37
+    c115 = c114 * c27
+    c116 = (
+        I_C1y * theta1_ddot + I_C1z * c115 - I_C2x * c115 + I_C2y * theta1_ddot + I_C2z * c115 + S * (-x_A + x_F)
+        - c104 * c114
     )
     # derived: outer half: moment along y of planet about A outer
-    M_K = m_C1 * c41 * c62 + m_C2 * c49 * c64 - c44 * c47 - c51 * c53 - c68
-    c69 = Omega_dot * c23
-    c70 = Omega * theta1_dot
-    c71 = c26 * c70
-    c72 = I_C1x * c69 + I_C1y * c71 - I_C1z * c71 + c67 * c70
-    c73 = I_C2x * c69 + I_C2x * c71 + I_C2y * c71 - I_C2z * c71
-    c74 = Omega_dot * c26
-    c75 = c23 * c70
-    c76 = (
-        c26 * (I_C1x * c75 - I_C1y * c75 + I_C1z * c74 - I_C1z * c75) + c26 * (I_C2x * c75 - I_C2y * c75 + I_C2z *
-        c74 - I_C2z * c75) - c41 * c57 + c47 * c55 - c49 * c59 + c53 * c58
-    )
+    M_K = m_C1 * c76 * c96 + m_C2 * c83 * c99 - c116 - c78 * c81 - c85 * c87
+    c117 = c110 * c27 + c112 * c27 - c76 * c91 + c81 * c89 - c83 * c93 + c87 * c92
     # derived: outer half: moment along z of planet about A outer
-    M_Aoz = c23 * c72 + c23 * c73 + c76
-    c77 = m_C1 * (-theta1_ddot * c40 + c61)
-    c78 = m_C2 * (-theta1_ddot * c48 + c63)
-    c79 = -x_A + x_E
-    c81 = -Omega * R_b + R_b * omega + theta1_dot * c30
-    c82 = -c28
-    c83 = c42 * c82**2 + c81**2
-    c84 = 1 / xp.sqrt(c83)
-    c85 = Omega * c29 - omega * c29
-    c86 = along_hinge**2 * c85**2 + c83
-    c87 = xp.sin(mu1) / xp.sqrt(c86)
-    c88 = theta1_dot * c82
-    c89 = c80 * c81 * c84 - c87 * c88
-    c90 = -c80 * c84 * c88 - c81 * c87
+    M_Aoz = c106 * c24 + c107 * c24 + c117
+    c118 = m_C1 * (-theta1_ddot * c75 + c95)
+    c119 = m_C2 * (-theta1_ddot * c82 + c98)
+    c120 = -x_A + x_E
+    c122 = -Omega * R_b + R_b * omega + theta1_dot * c31
+    c123 = -c29
+    c124 = c122**2 + c123**2 * c54
+    c125 = 1 / xp.sqrt(c124)
+    c126 = Omega * c30 - omega * c30
+    c127 = along_hinge**2 * c126**2 + c124
+    c128 = xp.sin(mu1) / xp.sqrt(c127)
+    c129 = theta1_dot * c123
+    c130 = c121 * c122 * c125 - c128 * c129
+    c131 = -z_A + z_E
+    c132 = -c121 * c125 * c129 - c122 * c128
     # derived: inner half: moment along y of planet about A
-    F_E = (-M_K + c41 * c77 - c45 * c47 + c49 * c78 - c52 * c53 + c68) / (-c79 * c89 + c90 * (-z_A + z_E))
+    F_E = (-M_K + c116 + c118 * c76 + c119 * c83 - c79 * c81 - c86 * c87) / (-c120 * c130 + c131 * c132)
     # derived: contact force of carrier on inner half at E inner half
-    F_Ex = F_E * c90
-    c91 = along_hinge * c85
+    F_Ex = F_E * c132
+    c133 = along_hinge * c126
     # derived: contact force of carrier on inner half at E inner half
-    F_Ey = -F_E * c87 * c91
+    F_Ey = -F_E * c128 * c133
     # derived: inner half: force along x of planet
-    F_Ax = -F_Ex - c54
+    F_Ax = -F_Ex - c88
     # derived: inner half: force along y of planet
-    F_Ay = -F_Ey - c60
+    F_Ay = -F_Ey - c94
+    c135 = -c106
+    c136 = -c107
     # derived: inner half: moment along z of planet about A
-    M_Az = F_Ex * (-y_A + y_E) - F_Ey * c79 + c23 * c72 + c23 * c73 + c76
-    c92 = x_A * c33 + y_A * c31
-    c93 = F_Aox * c31 - F_Aoy * c33
-    c94 = F_Ax * c31 - F_Ay * c33
-    c95 = F_Aox * c33 + F_Aoy * c31
-    c96 = -x_A * c31 + y_A * c33
-    c97 = F_Ax * c33 + F_Ay * c31
-    c98 = m3 * (-Omega_dot * y_B1 + Omega_dot * y_CB - ax_B1 - x_B1 * c32 + x_CB * c32)
-    c99 = m3 * (Omega_dot * x_B1 - Omega_dot * x_CB - ay_B1 - g - y_B1 * c32 + y_CB * c32)
+    M_Az = F_Ex * c134 - F_Ey * c120 + c117 - c135 * c24 - c136 * c24
+    c137 = F_Aox * c36 - F_Aoy * c38
+    c138 = F_Ax * c36 - F_Ay * c38
+    c139 = F_Aox * c38 + F_Aoy * c36
+    c140 = y_A * c38 - c65
+    c141 = F_Ax * c38 + F_Ay * c36
+    c142 = m3 * (-Omega_dot * y_B1 + Omega_dot * y_CB - ax_B1 - x_B1 * c37 + x_CB * c37)
+    c143 = m3 * (Omega_dot * x_B1 - Omega_dot * x_CB - ay_B1 - g - y_B1 * c37 + y_CB * c37)
     # derived: planet: moment along z of frame about B1
     M_Q = (
-        M_Aoz + M_Az + Omega_dot * (J_7 - m3 * (c_CBx**2 + c_CBy**2)) - c92 * c93 - c92 * c94 - c95 * c96 - c96 *
-        c97 + c98 * (-y_B1 + y_CB) - c99 * (-x_B1 + x_CB)
+        M_Aoz + M_Az + Omega_dot * c57 - c137 * c67 - c138 * c67 - c139 * c140 - c140 * c141 + c142 * (-y_B1 +
+        y_CB) - c143 * (-x_B1 + x_CB)
     )
-    c100 = phi52_dot - phi72_dot
-    c101 = xp.sign(c100)
-    c104 = c101 * c103
-    c105 = away_Q_plus * c104
-    c106 = alpha_n + xi2
-    c107 = xp.sin(c106)
-    c108 = xp.cos(c106)
-    c109 = c102 * (against * (lead_Q_plus * c101 - 1) + 1)
-    c110 = c107 - c108 * c109
-    c111 = M_Q >= 0
-    c112 = away_Q_minus * c104
-    c113 = alpha_n - xi2
-    c114 = xp.sin(c113)
-    c115 = xp.cos(c113)
-    c116 = c102 * (against * (-lead_Q_minus * c101 - 1) + 1)
-    c117 = c114 - c115 * c116
+    c144 = phi52_dot - phi72_dot
+    c145 = xp.sign(c144)
+    c148 = c145 * c147
+    c149 = away_Q_plus * c148
+    c150 = alpha_n + xi2
+    c151 = xp.sin(c150)
+    c152 = xp.cos(c150)
+    c153 = c146 * (against * (lead_Q_plus * c145 - 1) + 1)
+    c154 = c151 - c152 * c153
+    c155 = M_Q >= 0
+    c156 = away_Q_minus * c148
+    c157 = alpha_n - xi2
+    c158 = xp.sin(c157)
+    c159 = xp.cos(c157)
+    c160 = c146 * (against * (-lead_Q_minus * c145 - 1) + 1)
+    c161 = c158 - c159 * c160
     # derived: normal force between the teeth of middle body and planet
-    F_NQ = M_Q * xp.where(c111, 1 / (r7 * c110 + c105), 1 / (r7 * c117 + c112))
-    c118 = F_NQ * xp.where(c111, c110, c117)
-    c119 = F_NQ * xp.where(c111, c107 * c109 + c108, -c114 * c116 - c115)
+    F_NQ = M_Q * xp.where(c155, 1 / (r7 * c154 + c149), 1 / (r7 * c161 + c156))
+    c162 = F_NQ * xp.where(c155, c154, c161)
+    c163 = F_NQ * xp.where(c155, c151 * c153 + c152, -c158 * c160 - c159)
     # derived: tooth force of planet on middle body
-    F_Qx = -c118 * c20 - c119 * c18
+    F_Qx = -c162 * c21 - c163 * c18
     # derived: tooth force of planet on middle body
-    F_Qy = -c118 * c18 + c119 * c20
-    c122 = y_A1 - y_CA
-    c126 = -x_A1 + x_CA
-    c123 = omega + phi52_dot
-    c124 = omega * x_A1
-    c125 = -c123
-    c127 = m2 * (-ax_A1 - phi52_ddot * c122 - speed_rate * c122 - c123 * c124 - c125 * (c123 * c126 + c124))
-    c128 = (
-        m2 * (-ay_A1 - g + omega * y_A1 * c125 - phi52_ddot * c126 - speed_rate * c126 - c123 * (-omega * y_CA +
+    F_Qy = -c162 * c18 + c163 * c21
+    c164 = y_A1 - y_CA
+    c167 = -x_A1 + x_CA
+    c165 = omega * x_A1
+    c166 = -c58
+    c168 = m2 * (-ax_A1 - phi52_ddot * c164 - speed_rate * c164 - c165 * c58 - c166 * (c165 + c167 * c58))
+    c169 = (
+        m2 * (-ay_A1 - g + omega * y_A1 * c166 - phi52_ddot * c167 - speed_rate * c167 - c58 * (-omega * y_CA +
         phi52_dot * y_A1 - phi52_dot * y_CA))
     )
     # derived: middle body: moment along z of frame about A1
     M_P = (
-        F_Qx * (-y_A1 - c39) - F_Qy * (-x_A1 + x_B1) + M_Q + phi52_ddot * c121 + speed_rate * c121 - c122 * c127 -
-        c126 * c128
+        F_Qx * (-y_A1 - c51) - F_Qy * (-x_A1 + x_B1) + M_Q + phi52_ddot * c60 + speed_rate * c60 - c164 * c168 -
+        c167 * c169
     )
     # joint: gear 3, t = 0
     g0 = t1
@@ -809,20 +916,20 @@ def events(xp, phi, mounting, parameters1, hoisted1, parameters2, hoisted2, mach
     # joint: teeth at Q, change of flank
     g18 = M_Q
     # joint: root of F_E
-    g19 = c83
+    g19 = c124
     # joint: root of F_E
-    g20 = c86
+    g20 = c127
     # joint: jump of F_NQ: phi52_dot - phi72_dot = 0
-    g21 = c100
+    g21 = c144
     # joint: jump of F_NP: -omega - phi52_dot = 0
-    g22 = c125
+    g22 = c166
     return (
         g0, g1, g2, g3, g4, g5, g6, g7, g8, g9, g10, g11, g12, g13, g14, g15, g16, g17, g18, g19, g20, g21, g22,
     )
 
 
 def frame(xp, side1, side2, machine):
-    """totals: 8 entries in the order of the CasADi function."""
+    """totals: 10 entries in the order of the CasADi function."""
     alpha = side1[2]  # [rad] angle from x down to x'; the nozzle points straight down at 90 deg
     F_Ex = side1[9]  # [N] force of the cam on the roller, planet frame, x
     M_P = side1[11]  # [N m] moment about A1 of the sun's action on gear 5
@@ -830,15 +937,18 @@ def frame(xp, side1, side2, machine):
     F_B1y = side1[13]  # [N] force of the carrier on the planet's shaft, y
     F_A1x = side1[14]  # [N] force of the carrier on the middle shaft, x
     F_A1y = side1[15]  # [N] force of the carrier on the middle shaft, y
+    F_Ez = side1[19]  # [N] force of the cam on the roller, planet frame, z
     F_Px = side1[24]  # [N] force of gear 5 on the sun, x
     F_Py = side1[25]  # [N] force of gear 5 on the sun, y
     x_A1 = side1[26]  # [m] A1, x
     y_A1 = side1[27]  # [m] A1, y
     x_B1 = side1[28]  # [m] B1, x
     y_B1 = side1[29]  # [m] B1, y
-    x_E = side1[41]  # [m] roller centre, x'
-    y_E = side1[42]  # [m] roller centre, y'
-    F_Ey = side1[43]  # [N] contact force of carrier on inner half at E inner half, y
+    F_A1z = side1[47]  # [N] force of carrier on middle body at A1, z
+    F_B1z = side1[48]  # [N] force of carrier on planet at B1, z
+    F_Ey = side1[49]  # [N] contact force of carrier on inner half at E inner half, y
+    x_E = side1[57]  # [m] roller centre, x'
+    y_E = side1[58]  # [m] roller centre, y'
     alpha_2 = side2[2]  # [rad] angle from x down to x'; the nozzle points straight down at 90 deg; side 2
     F_Ex_2 = side2[9]  # [N] force of the cam on the roller, planet frame, x; side 2
     M_P_2 = side2[11]  # [N m] moment about A1 of the sun's action on gear 5; side 2
@@ -846,15 +956,18 @@ def frame(xp, side1, side2, machine):
     F_B1y_2 = side2[13]  # [N] force of the carrier on the planet's shaft, y; side 2
     F_A1x_2 = side2[14]  # [N] force of the carrier on the middle shaft, x; side 2
     F_A1y_2 = side2[15]  # [N] force of the carrier on the middle shaft, y; side 2
+    F_Ez_2 = side2[19]  # [N] force of the cam on the roller, planet frame, z; side 2
     F_Px_2 = side2[24]  # [N] force of gear 5 on the sun, x; side 2
     F_Py_2 = side2[25]  # [N] force of gear 5 on the sun, y; side 2
     x_A1_2 = side2[26]  # [m] A1, x; side 2
     y_A1_2 = side2[27]  # [m] A1, y; side 2
     x_B1_2 = side2[28]  # [m] B1, x; side 2
     y_B1_2 = side2[29]  # [m] B1, y; side 2
-    x_E_2 = side2[41]  # [m] roller centre, x'; side 2
-    y_E_2 = side2[42]  # [m] roller centre, y'; side 2
-    F_Ey_2 = side2[43]  # [N] contact force of carrier on inner half at E inner half, y; side 2
+    F_A1z_2 = side2[47]  # [N] force of carrier on middle body at A1, z; side 2
+    F_B1z_2 = side2[48]  # [N] force of carrier on planet at B1, z; side 2
+    F_Ey_2 = side2[49]  # [N] contact force of carrier on inner half at E inner half, y; side 2
+    x_E_2 = side2[57]  # [m] roller centre, x'; side 2
+    y_E_2 = side2[58]  # [m] roller centre, y'; side 2
     g = machine[1]  # [m/s2] gravity
     m1 = machine[6]  # [kg] mass of the sun
     m4 = machine[9]  # [kg] mass of the carrier
@@ -864,6 +977,8 @@ def frame(xp, side1, side2, machine):
     F_Ox = -F_Px - F_Px_2
     # derived: sun: force along y of frame
     F_Oy = -F_Py - F_Py_2 + g * m1
+    # derived: sun: force along z of frame
+    F_Oz = 0
     # derived: sun: moment along z of frame about O
     M_1 = (
         F_Px * y_A1 + F_Px_2 * y_A1_2 - F_Py * x_A1 - F_Py_2 * x_A1_2 + M_P + M_P_2 + g * m1 * rho_CO *
@@ -881,6 +996,8 @@ def frame(xp, side1, side2, machine):
     d8 = F_Ex_2 * d5
     # derived: carrier: force along y of frame
     F_O1y = F_A1y + F_A1y_2 + F_B1y + F_B1y_2 + F_Ey * d1 + F_Ey_2 * d4 + g * m4 - d7 - d8
+    # derived: carrier: force along z of frame
+    F_O1z = F_A1z + F_A1z_2 + F_B1z + F_B1z_2 + F_Ez + F_Ez_2
     # derived: carrier: moment along z of frame about O
     M_L = (
         -F_A1x * y_A1 - F_A1x_2 * y_A1_2 + F_A1y * x_A1 + F_A1y_2 * x_A1_2 - F_B1x * y_B1 - F_B1x_2 * y_B1_2 +
@@ -893,5 +1010,696 @@ def frame(xp, side1, side2, machine):
     # derived: horizontal support force
     F_support_x = F_O1x + F_Ox
     return (
-        F_Ox, F_Oy, F_O1x, F_O1y, F_support, F_support_x, M_L, M_1,
+        F_Ox, F_Oy, F_O1x, F_O1y, F_support, F_support_x, M_L, M_1, F_O1z, F_Oz,
+    )
+
+
+def loads(xp, state):
+    """loads: 190 entries in the order of the CasADi function."""
+    phi = state[0]  # [rad] carrier angle
+    gamma = state[1]  # [rad] angle between the two centre lines
+    a1 = state[2]  # [m] centre distance of stage 1
+    a2 = state[3]  # [m] centre distance of stage 2
+    omega = state[4]  # [rad/s] carrier speed, constant
+    g = state[5]  # [m/s2] gravity
+    m1 = state[6]  # [kg] mass of the sun
+    m2 = state[7]  # [kg] mass of the middle body
+    m3 = state[8]  # [kg] mass of planet, shaft and funnel
+    m4 = state[9]  # [kg] mass of the carrier
+    m_C1 = state[10]  # [kg] mass of the rocker
+    m_C2 = state[11]  # [kg] mass of the nozzle half
+    J_56 = state[12]  # [kg m2] moment of inertia of the middle body about A1
+    J_7 = state[13]  # [kg m2] moment of inertia of planet, shaft and funnel about B1
+    I_C1x = state[14]  # [kg m2] centroidal moment of inertia of the rocker, x
+    I_C1y = state[15]  # [kg m2] centroidal moment of inertia of the rocker, y
+    I_C1z = state[16]  # [kg m2] centroidal moment of inertia of the rocker, z
+    I_C2x = state[17]  # [kg m2] centroidal moment of inertia of the nozzle half, x
+    I_C2y = state[18]  # [kg m2] centroidal moment of inertia of the nozzle half, y
+    I_C2z = state[19]  # [kg m2] centroidal moment of inertia of the nozzle half, z
+    rho_CO = state[20]  # [m] distance of the sun's centroid from O
+    beta_CO = state[21]  # [rad] direction of the sun's centroid
+    rho_CA = state[22]  # [m] distance of the middle body's centroid from A1
+    beta_CA = state[23]  # [rad] direction of the middle body's centroid at phi = 0
+    c_CBx = state[24]  # [m] centroid of planet, shaft and funnel, x'
+    c_CBy = state[25]  # [m] centroid of planet, shaft and funnel, y'
+    x_A = state[26]  # [m] hinge A, x'
+    y_A = state[27]  # [m] hinge A, y'
+    z_A = state[28]  # [m] hinge A, z'
+    c_C1x = state[29]  # [m] centroid of the rocker from the hinge, closed, x'
+    c_C1y = state[30]  # [m] centroid of the rocker from the hinge, closed, y'
+    c_C1z = state[31]  # [m] centroid of the rocker from the hinge, closed, z'
+    c_C2x = state[32]  # [m] centroid of the nozzle half from the hinge, closed, x'
+    c_C2y = state[33]  # [m] centroid of the nozzle half from the hinge, closed, y'
+    c_C2z = state[34]  # [m] centroid of the nozzle half from the hinge, closed, z'
+    c_Fx = state[35]  # [m] spring hook from the hinge, closed, x'
+    c_Fy = state[36]  # [m] spring hook from the hinge, closed, y'
+    c_Fz = state[37]  # [m] spring hook from the hinge, closed, z'
+    L_AE = state[38]  # [m] length of the rocker
+    psi0 = state[39]  # [rad] initial angle of the rocker
+    R_b = state[40]  # [m] radius of the base cylinder of the cam
+    S0 = state[41]  # [N] preload of the return spring
+    k_s = state[42]  # [N/m] rate of the return spring
+    speed_rate = state[43]  # [rad/s2] angular acceleration of the carrier
+    F_Ox = state[44]  # [N] force of the frame on the sun, x
+    F_Oy = state[45]  # [N] force of the frame on the sun, y
+    F_O1x = state[46]  # [N] force of the sun's shaft on the carrier, x
+    F_O1y = state[47]  # [N] force of the sun's shaft on the carrier, y
+    M_L = state[48]  # [N m] torque of the motor on the carrier
+    M_1 = state[49]  # [N m] torque of the frame on the sun
+    phi52 = state[50]  # [rad] rotation of the middle body relative to the carrier
+    alpha = state[51]  # [rad] angle from x down to x'; the nozzle points straight down at 90 deg
+    Omega = state[52]  # [rad/s] absolute angular velocity of the planet
+    Omega_dot = state[53]  # [rad/s2] absolute angular acceleration of the planet
+    theta1 = state[54]  # [rad] swing of the inner half (angle psi of the rocker)
+    F_Ex = state[55]  # [N] force of the cam on the roller, planet frame, x
+    M_Q = state[56]  # [N m] moment about B1 of gear 6's action on the planet
+    M_P = state[57]  # [N m] moment about A1 of the sun's action on gear 5
+    F_B1x = state[58]  # [N] force of the carrier on the planet's shaft, x
+    F_B1y = state[59]  # [N] force of the carrier on the planet's shaft, y
+    F_A1x = state[60]  # [N] force of the carrier on the middle shaft, x
+    F_A1y = state[61]  # [N] force of the carrier on the middle shaft, y
+    F_Ez = state[62]  # [N] force of the cam on the roller, planet frame, z
+    F_Ax = state[63]  # [N] force of the planet on the inner half, planet frame, x
+    F_Ay = state[64]  # [N] force of the planet on the inner half, planet frame, y
+    F_Qx = state[65]  # [N] force of the planet on gear 6, x
+    F_Qy = state[66]  # [N] force of the planet on gear 6, y
+    F_Px = state[67]  # [N] force of gear 5 on the sun, x
+    F_Py = state[68]  # [N] force of gear 5 on the sun, y
+    x_A1 = state[69]  # [m] A1, x
+    y_A1 = state[70]  # [m] A1, y
+    x_B1 = state[71]  # [m] B1, x
+    y_B1 = state[72]  # [m] B1, y
+    F_Aox = state[73]  # [N] force of the planet on the outer half, planet frame, x
+    F_Aoy = state[74]  # [N] force of the planet on the outer half, planet frame, y
+    F_Az = state[75]  # [N] force of the planet on the inner half, planet frame, z
+    F_Aoz = state[76]  # [N] force of the planet on the outer half, planet frame, z
+    phi52_ddot = state[77]  # [rad/s2] acceleration of phi52
+    phi52_dot = state[78]  # [rad/s] rate of phi52
+    theta1_ddot = state[79]  # [rad/s2] acceleration of theta1
+    theta1_dot = state[80]  # [rad/s] rate of theta1
+    F_A1z = state[81]  # [N] force of carrier on middle body at A1, z
+    F_B1z = state[82]  # [N] force of carrier on planet at B1, z
+    F_Ey = state[83]  # [N] contact force of carrier on inner half at E inner half, y
+    F_O1z = state[84]  # [N] force of ground on carrier at O, z
+    F_Oz = state[85]  # [N] force of ground on sun at O, z
+    M_Aox = state[86]  # [N m] moment of planet on outer half at A outer, x of planet
+    M_Aoz = state[87]  # [N m] moment of planet on outer half at A outer, z of planet
+    M_Ax = state[88]  # [N m] moment of planet on inner half at A, x of planet
+    M_Az = state[89]  # [N m] moment of planet on inner half at A, z of planet
+    M_K = state[90]  # [N m] moment of the coupling on outer half
+    r3 = state[91]  # [m] pitch radius of the sun at P
+    r6 = state[92]  # [m] pitch radius of gear 6 at Q
+    # derived: pitch radius of gear 5 at P
+    r5 = a1 - r3
+    # derived: pitch radius of the planet at Q
+    r7 = a2 - r6
+    c1 = xp.cos(theta1)
+    c2 = xp.sin(theta1)
+    c3 = c_C1x * c1 + c_C1z * c2
+    # derived: centroid of the rocker, x'
+    x_C1 = x_A + c3
+    # derived: centroid of the rocker, y'
+    y_C1 = c_C1y + y_A
+    # derived: centroid of the rocker, z'
+    z_C1 = -c_C1x * c2 + c_C1z * c1 + z_A
+    c4 = c_C2x * c1 + c_C2z * c2
+    # derived: centroid of the nozzle half, x'
+    x_C2 = x_A + c4
+    # derived: centroid of the nozzle half, y'
+    y_C2 = c_C2y + y_A
+    # derived: centroid of the nozzle half, z'
+    z_C2 = -c_C2x * c2 + c_C2z * c1 + z_A
+    c5 = omega**2
+    # derived: acceleration of A1, x
+    ax_A1 = -speed_rate * y_A1 - x_A1 * c5
+    # derived: acceleration of A1, y
+    ay_A1 = speed_rate * x_A1 - y_A1 * c5
+    # derived: acceleration of B1, x
+    ax_B1 = -speed_rate * y_B1 - x_B1 * c5
+    # derived: acceleration of B1, y
+    ay_B1 = speed_rate * x_B1 - y_B1 * c5
+    c6 = xp.sin(phi)
+    c7 = a1 * c6
+    c8 = xp.sin(beta_CA)
+    c9 = phi + phi52
+    c10 = rho_CA * xp.sin(c9)
+    c11 = xp.cos(beta_CA)
+    c12 = xp.cos(c9)
+    c13 = rho_CA * c11 * c12 - c10 * c8 - c7
+    # derived: centroid of the middle body, x
+    x_CA = c13
+    c14 = xp.cos(phi)
+    c15 = a1 * c14
+    c16 = rho_CA * c12 * c8 + c10 * c11 + c15
+    # derived: centroid of the middle body, y
+    y_CA = c16
+    c17 = xp.cos(alpha)
+    c18 = xp.sin(alpha)
+    c19 = gamma + phi
+    c20 = xp.sin(c19)
+    c21 = a2 * c20
+    c22 = c21 + c7
+    c23 = c_CBx * c17 + c_CBy * c18 - c22
+    # derived: centroid of planet, shaft and funnel, x
+    x_CB = c23
+    c24 = xp.cos(c19)
+    c25 = a2 * c24
+    c26 = c15 + c25
+    c27 = -c_CBx * c18 + c_CBy * c17 + c26
+    # derived: centroid of planet, shaft and funnel, y
+    y_CB = c27
+    # derived: force of the return spring
+    S = S0 + 2 * k_s * (c_Fx * c2 - c_Fz * c1 + c_Fz)
+    # derived: force of F_P on sun at pitch point, x
+    load_1_Fx = F_Px
+    # derived: force of F_P on sun at pitch point, y
+    load_1_Fy = F_Py
+    # derived: point of O on sun at O, x
+    load_2_x = 0
+    # derived: point of O on sun at O, y
+    load_2_y = 0
+    # derived: force of O on sun at O, x
+    load_2_Fx = F_Ox
+    # derived: force of O on sun at O, y
+    load_2_Fy = F_Oy
+    # derived: force of O on sun at O, z
+    load_2_Fz = F_Oz
+    # derived: point of M_1 on sun at O, x
+    load_3_x = 0
+    # derived: point of M_1 on sun at O, y
+    load_3_y = 0
+    # derived: moment of M_1 on sun at O, z
+    load_3_Mz = M_1
+    c28 = rho_CO * xp.cos(beta_CO)
+    # derived: point of weight on sun at CO, x
+    load_4_x = c28
+    c29 = rho_CO * xp.sin(beta_CO)
+    # derived: point of weight on sun at CO, y
+    load_4_y = c29
+    # derived: force of weight on sun at CO, y
+    load_4_Fy = -g * m1
+    # derived: point of inertia on sun at CO, x
+    load_5_x = c28
+    # derived: point of inertia on sun at CO, y
+    load_5_y = c29
+    c30 = -c7
+    # derived: point of A1 on carrier at A1, x
+    load_6_x = c30
+    # derived: point of A1 on carrier at A1, y
+    load_6_y = c15
+    # derived: force of A1 on carrier at A1, x
+    load_6_Fx = -F_A1x
+    # derived: force of A1 on carrier at A1, y
+    load_6_Fy = -F_A1y
+    # derived: force of A1 on carrier at A1, z
+    load_6_Fz = -F_A1z
+    c31 = -c22
+    # derived: point of B1 on carrier at B1, x
+    load_7_x = c31
+    # derived: point of B1 on carrier at B1, y
+    load_7_y = c26
+    # derived: force of B1 on carrier at B1, x
+    load_7_Fx = -F_B1x
+    # derived: force of B1 on carrier at B1, y
+    load_7_Fy = -F_B1y
+    # derived: force of B1 on carrier at B1, z
+    load_7_Fz = -F_B1z
+    c32 = R_b - y_A
+    c33 = -L_AE * c1 * xp.cos(psi0) + L_AE * c2 * xp.sin(psi0)
+    c34 = x_A * c17 + y_A * c18 - c21 + c30
+    c35 = c17 * c33 + c18 * c32 + c34
+    # derived: point of F_E on carrier at E inner half, x
+    load_8_x = c35
+    c36 = -x_A * c18 + y_A * c17 + c26
+    c37 = c17 * c32 - c18 * c33 + c36
+    # derived: point of F_E on carrier at E inner half, y
+    load_8_y = c37
+    c38 = F_Ex * c17 + F_Ey * c18
+    # derived: force of F_E on carrier at E inner half, x
+    load_8_Fx = -c38
+    c39 = F_Ex * c18 - F_Ey * c17
+    # derived: force of F_E on carrier at E inner half, y
+    load_8_Fy = c39
+    # derived: force of F_E on carrier at E inner half, z
+    load_8_Fz = -F_Ez
+    # derived: point of O1 on carrier at O, x
+    load_9_x = 0
+    # derived: point of O1 on carrier at O, y
+    load_9_y = 0
+    # derived: force of O1 on carrier at O, x
+    load_9_Fx = F_O1x
+    # derived: force of O1 on carrier at O, y
+    load_9_Fy = F_O1y
+    # derived: force of O1 on carrier at O, z
+    load_9_Fz = F_O1z
+    # derived: point of M_L on carrier at O, x
+    load_10_x = 0
+    # derived: point of M_L on carrier at O, y
+    load_10_y = 0
+    # derived: moment of M_L on carrier at O, z
+    load_10_Mz = M_L
+    # derived: point of weight on carrier at O, x
+    load_11_x = 0
+    # derived: point of weight on carrier at O, y
+    load_11_y = 0
+    # derived: force of weight on carrier at O, y
+    load_11_Fy = -g * m4
+    # derived: point of inertia on carrier at O, x
+    load_12_x = 0
+    # derived: point of inertia on carrier at O, y
+    load_12_y = 0
+    # derived: force of F_P on middle body at pitch point, x
+    load_13_Fx = -F_Px
+    # derived: force of F_P on middle body at pitch point, y
+    load_13_Fy = -F_Py
+    # derived: point of A1 on middle body at A1, x
+    load_14_x = c30
+    # derived: point of A1 on middle body at A1, y
+    load_14_y = c15
+    # derived: force of A1 on middle body at A1, x
+    load_14_Fx = F_A1x
+    # derived: force of A1 on middle body at A1, y
+    load_14_Fy = F_A1y
+    # derived: force of A1 on middle body at A1, z
+    load_14_Fz = F_A1z
+    # derived: force of F_Q on middle body at pitch point, x
+    load_15_Fx = F_Qx
+    # derived: force of F_Q on middle body at pitch point, y
+    load_15_Fy = F_Qy
+    # derived: point of weight on middle body at CA, x
+    load_16_x = c13
+    # derived: point of weight on middle body at CA, y
+    load_16_y = c16
+    # derived: force of weight on middle body at CA, y
+    load_16_Fy = -g * m2
+    # derived: point of inertia on middle body at CA, x
+    load_17_x = c13
+    # derived: point of inertia on middle body at CA, y
+    load_17_y = c16
+    c40 = rho_CA**2
+    c41 = J_56 - m2 * (c11**2 * c40 + c40 * c8**2)
+    # derived: moment of inertia on middle body at CA, z
+    load_17_Mz = -phi52_ddot * c41 - speed_rate * c41
+    # derived: force of F_Q on planet at pitch point, x
+    load_18_Fx = -F_Qx
+    # derived: force of F_Q on planet at pitch point, y
+    load_18_Fy = -F_Qy
+    # derived: point of B1 on planet at B1, x
+    load_19_x = c31
+    # derived: point of B1 on planet at B1, y
+    load_19_y = c26
+    # derived: force of B1 on planet at B1, x
+    load_19_Fx = F_B1x
+    # derived: force of B1 on planet at B1, y
+    load_19_Fy = F_B1y
+    # derived: force of B1 on planet at B1, z
+    load_19_Fz = F_B1z
+    c42 = x_A * c17 + y_A * c18 - c22
+    # derived: point of A on planet at A, x
+    load_20_x = c42
+    # derived: point of A on planet at A, y
+    load_20_y = c36
+    c43 = F_Ax * c17 + F_Ay * c18
+    # derived: force of A on planet at A, x
+    load_20_Fx = -c43
+    c44 = F_Ax * c18 - F_Ay * c17
+    # derived: force of A on planet at A, y
+    load_20_Fy = c44
+    # derived: force of A on planet at A, z
+    load_20_Fz = -F_Az
+    c45 = M_Ax * c17
+    # derived: moment of A on planet at A, x
+    load_20_Mx = -c45
+    c46 = M_Ax * c18
+    # derived: moment of A on planet at A, y
+    load_20_My = c46
+    # derived: moment of A on planet at A, z
+    load_20_Mz = -M_Az
+    # derived: point of Ao on planet at A outer, x
+    load_21_x = c42
+    # derived: point of Ao on planet at A outer, y
+    load_21_y = c36
+    c47 = F_Aox * c17 + F_Aoy * c18
+    # derived: force of Ao on planet at A outer, x
+    load_21_Fx = -c47
+    c48 = F_Aox * c18 - F_Aoy * c17
+    # derived: force of Ao on planet at A outer, y
+    load_21_Fy = c48
+    # derived: force of Ao on planet at A outer, z
+    load_21_Fz = -F_Aoz
+    c49 = M_Aox * c17
+    # derived: moment of Ao on planet at A outer, x
+    load_21_Mx = -c49
+    c50 = M_Aox * c18
+    # derived: moment of Ao on planet at A outer, y
+    load_21_My = c50
+    # derived: moment of Ao on planet at A outer, z
+    load_21_Mz = -M_Aoz
+    # derived: point of M_K on planet at A outer, x
+    load_22_x = c42
+    # derived: point of M_K on planet at A outer, y
+    load_22_y = c36
+    c51 = M_K * c18
+    c52 = -c51
+    # derived: moment of M_K on planet at A outer, x
+    load_22_Mx = c52
+    c53 = M_K * c17
+    c54 = -c53
+    # derived: moment of M_K on planet at A outer, y
+    load_22_My = c54
+    # derived: point of M_K on planet at A, x
+    load_23_x = c42
+    # derived: point of M_K on planet at A, y
+    load_23_y = c36
+    # derived: moment of M_K on planet at A, x
+    load_23_Mx = c52
+    # derived: moment of M_K on planet at A, y
+    load_23_My = c54
+    # derived: point of weight on planet at CB, x
+    load_24_x = c23
+    # derived: point of weight on planet at CB, y
+    load_24_y = c27
+    # derived: force of weight on planet at CB, y
+    load_24_Fy = -g * m3
+    # derived: point of inertia on planet at CB, x
+    load_25_x = c23
+    # derived: point of inertia on planet at CB, y
+    load_25_y = c27
+    # derived: moment of inertia on planet at CB, z
+    load_25_Mz = -Omega_dot * (J_7 - m3 * (c_CBx**2 + c_CBy**2))
+    # derived: point of A on inner half at A, x
+    load_26_x = c42
+    # derived: point of A on inner half at A, y
+    load_26_y = c36
+    # derived: force of A on inner half at A, x
+    load_26_Fx = c43
+    # derived: force of A on inner half at A, y
+    load_26_Fy = -c44
+    # derived: force of A on inner half at A, z
+    load_26_Fz = F_Az
+    # derived: moment of A on inner half at A, x
+    load_26_Mx = c45
+    # derived: moment of A on inner half at A, y
+    load_26_My = -c46
+    # derived: moment of A on inner half at A, z
+    load_26_Mz = M_Az
+    # derived: point of M_K on inner half at A, x
+    load_27_x = c42
+    # derived: point of M_K on inner half at A, y
+    load_27_y = c36
+    # derived: moment of M_K on inner half at A, x
+    load_27_Mx = c51
+    # derived: moment of M_K on inner half at A, y
+    load_27_My = c53
+    c55 = c_Fx * c1 + c_Fz * c2
+    c56 = c_Fy * c18 + c17 * c55 + c34
+    # derived: point of F_F on inner half at F inner half, x
+    load_28_x = c56
+    c57 = c_Fy * c17 - c18 * c55 + c36
+    # derived: point of F_F on inner half at F inner half, y
+    load_28_y = c57
+    # derived: point of F_E on inner half at E inner half, x
+    load_29_x = c35
+    # derived: point of F_E on inner half at E inner half, y
+    load_29_y = c37
+    # derived: force of F_E on inner half at E inner half, x
+    load_29_Fx = c38
+    # derived: force of F_E on inner half at E inner half, y
+    load_29_Fy = -c39
+    # derived: force of F_E on inner half at E inner half, z
+    load_29_Fz = F_Ez
+    c58 = c_C1y * c18 + c17 * c3 + c34
+    # derived: point of weight 1 on inner half at C1 inner half, x
+    load_30_x = c58
+    c59 = c_C1y * c17 - c18 * c3 + c36
+    # derived: point of weight 1 on inner half at C1 inner half, y
+    load_30_y = c59
+    c60 = -g * m_C1
+    # derived: force of weight 1 on inner half at C1 inner half, y
+    load_30_Fy = c60
+    # derived: point of inertia 1 on inner half at C1 inner half, x
+    load_31_x = c58
+    # derived: point of inertia 1 on inner half at C1 inner half, y
+    load_31_y = c59
+    c61 = Omega**2
+    c62 = c1 * c61
+    c63 = c2 * c62
+    c64 = I_C1x * c2
+    c65 = I_C1y * theta1_ddot + I_C1z * c63 - c62 * c64
+    c66 = Omega_dot * c1
+    c67 = Omega * theta1_dot
+    c68 = c2 * c67
+    c69 = -I_C1y * c68 + I_C1z * c66 - I_C1z * c68 + c64 * c67
+    c70 = c2 * c69
+    c71 = Omega_dot * c2
+    c72 = c1 * c67
+    c73 = I_C1x * c71 + I_C1x * c72 + I_C1y * c72 - I_C1z * Omega * theta1_dot * c1
+    c74 = -c73
+    c75 = c1 * c74 + c70
+    # derived: moment of inertia 1 on inner half at C1 inner half, x
+    load_31_Mx = -c17 * c75 - c18 * c65
+    # derived: moment of inertia 1 on inner half at C1 inner half, y
+    load_31_My = -c17 * c65 + c18 * c75
+    c76 = c1 * c69
+    # derived: moment of inertia 1 on inner half at C1 inner half, z
+    load_31_Mz = c2 * c74 - c76
+    c77 = c_C2y * c18 + c17 * c4 + c34
+    # derived: point of weight 2 on inner half at C2 inner half, x
+    load_32_x = c77
+    c78 = c_C2y * c17 - c18 * c4 + c36
+    # derived: point of weight 2 on inner half at C2 inner half, y
+    load_32_y = c78
+    c79 = -g * m_C2
+    # derived: force of weight 2 on inner half at C2 inner half, y
+    load_32_Fy = c79
+    # derived: point of inertia 2 on inner half at C2 inner half, x
+    load_33_x = c77
+    # derived: point of inertia 2 on inner half at C2 inner half, y
+    load_33_y = c78
+    c80 = -I_C2x * c63 + I_C2y * theta1_ddot + I_C2z * c63
+    c81 = I_C2x * c68 - I_C2y * c68 + I_C2z * c66 - I_C2z * c68
+    c82 = c2 * c81
+    c83 = I_C2x * c71 + I_C2x * c72 + I_C2y * c72 - I_C2z * Omega * theta1_dot * c1
+    c84 = -c83
+    c85 = c1 * c84 + c82
+    # derived: moment of inertia 2 on inner half at C2 inner half, x
+    load_33_Mx = -c17 * c85 - c18 * c80
+    # derived: moment of inertia 2 on inner half at C2 inner half, y
+    load_33_My = -c17 * c80 + c18 * c85
+    c86 = c1 * c81
+    # derived: moment of inertia 2 on inner half at C2 inner half, z
+    load_33_Mz = c2 * c84 - c86
+    # derived: point of Ao on outer half at A outer, x
+    load_34_x = c42
+    # derived: point of Ao on outer half at A outer, y
+    load_34_y = c36
+    # derived: force of Ao on outer half at A outer, x
+    load_34_Fx = c47
+    # derived: force of Ao on outer half at A outer, y
+    load_34_Fy = -c48
+    # derived: force of Ao on outer half at A outer, z
+    load_34_Fz = F_Aoz
+    # derived: moment of Ao on outer half at A outer, x
+    load_34_Mx = c49
+    # derived: moment of Ao on outer half at A outer, y
+    load_34_My = -c50
+    # derived: moment of Ao on outer half at A outer, z
+    load_34_Mz = M_Aoz
+    # derived: point of M_K on outer half at A outer, x
+    load_35_x = c42
+    # derived: point of M_K on outer half at A outer, y
+    load_35_y = c36
+    # derived: moment of M_K on outer half at A outer, x
+    load_35_Mx = c51
+    # derived: moment of M_K on outer half at A outer, y
+    load_35_My = c53
+    # derived: point of F_F on outer half at F inner half, x
+    load_36_x = c56
+    # derived: point of F_F on outer half at F inner half, y
+    load_36_y = c57
+    # derived: point of weight 1 on outer half at C1 outer half, x
+    load_37_x = c58
+    # derived: point of weight 1 on outer half at C1 outer half, y
+    load_37_y = c59
+    # derived: force of weight 1 on outer half at C1 outer half, y
+    load_37_Fy = c60
+    # derived: point of inertia 1 on outer half at C1 outer half, x
+    load_38_x = c58
+    # derived: point of inertia 1 on outer half at C1 outer half, y
+    load_38_y = c59
+    c87 = -c65
+    c88 = c1 * c73 - c70
+    # derived: moment of inertia 1 on outer half at C1 outer half, x
+    load_38_Mx = -c17 * c88 - c18 * c87
+    # derived: moment of inertia 1 on outer half at C1 outer half, y
+    load_38_My = -c17 * c87 + c18 * c88
+    # derived: moment of inertia 1 on outer half at C1 outer half, z
+    load_38_Mz = -c2 * c73 - c76
+    # derived: point of weight 2 on outer half at C2 outer half, x
+    load_39_x = c77
+    # derived: point of weight 2 on outer half at C2 outer half, y
+    load_39_y = c78
+    # derived: force of weight 2 on outer half at C2 outer half, y
+    load_39_Fy = c79
+    # derived: point of inertia 2 on outer half at C2 outer half, x
+    load_40_x = c77
+    # derived: point of inertia 2 on outer half at C2 outer half, y
+    load_40_y = c78
+    c89 = -c80
+    c90 = c1 * c83 - c82
+    # derived: moment of inertia 2 on outer half at C2 outer half, x
+    load_40_Mx = -c17 * c90 - c18 * c89
+    # derived: moment of inertia 2 on outer half at C2 outer half, y
+    load_40_My = -c17 * c89 + c18 * c90
+    # derived: moment of inertia 2 on outer half at C2 outer half, z
+    load_40_Mz = -c2 * c83 - c86
+    # derived: absolute acceleration of the hinge, x'
+    ax_A = -Omega_dot * y_A + ax_B1 * c17 - ay_B1 * c18 - x_A * c61
+    # derived: absolute acceleration of the hinge, y'
+    ay_A = Omega_dot * x_A + ax_B1 * c18 + ay_B1 * c17 - y_A * c61
+    c91 = a1 - r5
+    c92 = -c6 * c91
+    # derived: point of F_P on sun at pitch point, x
+    load_1_x = c92
+    c93 = c14 * c91
+    # derived: point of F_P on sun at pitch point, y
+    load_1_y = c93
+    c94 = F_Px * (c15 - c93) - F_Py * (-c7 - c92) + M_P
+    # derived: moment of F_P on sun at pitch point, z
+    load_1_Mz = -c94
+    # derived: point of F_P on middle body at pitch point, x
+    load_13_x = c92
+    # derived: point of F_P on middle body at pitch point, y
+    load_13_y = c93
+    # derived: moment of F_P on middle body at pitch point, z
+    load_13_Mz = c94
+    c95 = a2 - r7
+    c96 = c20 * c95
+    c97 = -c7 - c96
+    # derived: point of F_Q on middle body at pitch point, x
+    load_15_x = c97
+    c98 = c24 * c95
+    c99 = c15 + c98
+    # derived: point of F_Q on middle body at pitch point, y
+    load_15_y = c99
+    c100 = F_Qx * (c25 - c98) - F_Qy * (-c21 + c96) + M_Q
+    # derived: moment of F_Q on middle body at pitch point, z
+    load_15_Mz = -c100
+    c101 = omega + phi52_dot
+    c102 = omega * x_A1
+    c103 = y_A1 - y_CA
+    c104 = -c101
+    c105 = -x_A1 + x_CA
+    # derived: force of inertia on middle body at CA, x
+    load_17_Fx = -m2 * (ax_A1 + phi52_ddot * c103 + speed_rate * c103 + c101 * c102 + c104 * (c101 * c105 + c102))
+    # derived: force of inertia on middle body at CA, y
+    load_17_Fy = (
+        -m2 * (ay_A1 - omega * y_A1 * c104 + phi52_ddot * c105 + speed_rate * c105 + c101 * (-omega * y_CA +
+        phi52_dot * y_A1 - phi52_dot * y_CA))
+    )
+    # derived: point of F_Q on planet at pitch point, x
+    load_18_x = c97
+    # derived: point of F_Q on planet at pitch point, y
+    load_18_y = c99
+    # derived: moment of F_Q on planet at pitch point, z
+    load_18_Mz = c100
+    # derived: force of inertia on planet at CB, x
+    load_25_Fx = -m3 * (Omega_dot * y_B1 - Omega_dot * y_CB + ax_B1 + x_B1 * c61 - x_CB * c61)
+    # derived: force of inertia on planet at CB, y
+    load_25_Fy = -m3 * (-Omega_dot * x_B1 + Omega_dot * x_CB + ay_B1 + y_B1 * c61 - y_CB * c61)
+    # derived: force of F_F on inner half at F inner half, z
+    load_28_Fz = S
+    c106 = x_A - x_C1
+    c107 = theta1_dot**2
+    c108 = -z_A + z_C1
+    c109 = c107 * c108
+    # derived: force of inertia 1 on inner half at C1 inner half, z
+    load_31_Fz = -m_C1 * (theta1_ddot * c106 - c109)
+    c110 = x_A - x_C2
+    c111 = -z_A + z_C2
+    c112 = c107 * c111
+    # derived: force of inertia 2 on inner half at C2 inner half, z
+    load_33_Fz = -m_C2 * (theta1_ddot * c110 - c112)
+    # derived: force of F_F on outer half at F inner half, z
+    load_36_Fz = -S
+    c113 = -c106
+    # derived: force of inertia 1 on outer half at C1 outer half, z
+    load_38_Fz = -m_C1 * (theta1_ddot * c113 + c109)
+    c114 = -c110
+    # derived: force of inertia 2 on outer half at C2 outer half, z
+    load_40_Fz = -m_C2 * (theta1_ddot * c114 + c112)
+    c115 = c113 * c18
+    c116 = -y_A + y_C1
+    c117 = c115 - c116 * c17
+    c118 = theta1_dot * c108
+    c119 = c118 * c18
+    c120 = c113 * c17
+    c121 = c116 * c18 + c120
+    c122 = theta1_ddot * c108
+    c123 = ax_A * c17 + ay_A * c18
+    c124 = (
+        -m_C1 * (Omega * c119 - Omega * (Omega * c121 - c119) + Omega_dot * c117 - c107 * c120 + c122 * c17 +
+        c123)
+    )
+    # derived: force of inertia 1 on inner half at C1 inner half, x
+    load_31_Fx = c124
+    c125 = c118 * c17
+    c126 = -ax_A * c18 + ay_A * c17
+    c127 = (
+        -m_C1 * (Omega * c125 - Omega * (-Omega * c117 - c125) + Omega_dot * c121 + c107 * c115 - c122 * c18 +
+        c126)
+    )
+    # derived: force of inertia 1 on inner half at C1 inner half, y
+    load_31_Fy = c127
+    c128 = c114 * c18
+    c129 = -y_A + y_C2
+    c130 = c128 - c129 * c17
+    c131 = theta1_dot * c111
+    c132 = c131 * c18
+    c133 = c114 * c17
+    c134 = c129 * c18 + c133
+    c135 = theta1_ddot * c111
+    c136 = (
+        -m_C2 * (Omega * c132 - Omega * (Omega * c134 - c132) + Omega_dot * c130 - c107 * c133 + c123 + c135 *
+        c17)
+    )
+    # derived: force of inertia 2 on inner half at C2 inner half, x
+    load_33_Fx = c136
+    c137 = c131 * c17
+    c138 = (
+        -m_C2 * (Omega * c137 - Omega * (-Omega * c130 - c137) + Omega_dot * c134 + c107 * c128 + c126 - c135 *
+        c18)
+    )
+    # derived: force of inertia 2 on inner half at C2 inner half, y
+    load_33_Fy = c138
+    # derived: force of inertia 1 on outer half at C1 outer half, x
+    load_38_Fx = c124
+    # derived: force of inertia 1 on outer half at C1 outer half, y
+    load_38_Fy = c127
+    # derived: force of inertia 2 on outer half at C2 outer half, x
+    load_40_Fx = c136
+    # derived: force of inertia 2 on outer half at C2 outer half, y
+    load_40_Fy = c138
+    return (
+        load_1_x, load_1_y, load_1_Fx, load_1_Fy, load_1_Mz, load_2_x, load_2_y, load_2_Fx, load_2_Fy, load_2_Fz,
+        load_3_x, load_3_y, load_3_Mz, load_4_x, load_4_y, load_4_Fy, load_5_x, load_5_y, load_6_x, load_6_y,
+        load_6_Fx, load_6_Fy, load_6_Fz, load_7_x, load_7_y, load_7_Fx, load_7_Fy, load_7_Fz, load_8_x, load_8_y,
+        load_8_Fx, load_8_Fy, load_8_Fz, load_9_x, load_9_y, load_9_Fx, load_9_Fy, load_9_Fz, load_10_x,
+        load_10_y, load_10_Mz, load_11_x, load_11_y, load_11_Fy, load_12_x, load_12_y, load_13_x, load_13_y,
+        load_13_Fx, load_13_Fy, load_13_Mz, load_14_x, load_14_y, load_14_Fx, load_14_Fy, load_14_Fz, load_15_x,
+        load_15_y, load_15_Fx, load_15_Fy, load_15_Mz, load_16_x, load_16_y, load_16_Fy, load_17_x, load_17_y,
+        load_17_Fx, load_17_Fy, load_17_Mz, load_18_x, load_18_y, load_18_Fx, load_18_Fy, load_18_Mz, load_19_x,
+        load_19_y, load_19_Fx, load_19_Fy, load_19_Fz, load_20_x, load_20_y, load_20_Fx, load_20_Fy, load_20_Fz,
+        load_20_Mx, load_20_My, load_20_Mz, load_21_x, load_21_y, load_21_Fx, load_21_Fy, load_21_Fz, load_21_Mx,
+        load_21_My, load_21_Mz, load_22_x, load_22_y, load_22_Mx, load_22_My, load_23_x, load_23_y, load_23_Mx,
+        load_23_My, load_24_x, load_24_y, load_24_Fy, load_25_x, load_25_y, load_25_Fx, load_25_Fy, load_25_Mz,
+        load_26_x, load_26_y, load_26_Fx, load_26_Fy, load_26_Fz, load_26_Mx, load_26_My, load_26_Mz, load_27_x,
+        load_27_y, load_27_Mx, load_27_My, load_28_x, load_28_y, load_28_Fz, load_29_x, load_29_y, load_29_Fx,
+        load_29_Fy, load_29_Fz, load_30_x, load_30_y, load_30_Fy, load_31_x, load_31_y, load_31_Fx, load_31_Fy,
+        load_31_Fz, load_31_Mx, load_31_My, load_31_Mz, load_32_x, load_32_y, load_32_Fy, load_33_x, load_33_y,
+        load_33_Fx, load_33_Fy, load_33_Fz, load_33_Mx, load_33_My, load_33_Mz, load_34_x, load_34_y, load_34_Fx,
+        load_34_Fy, load_34_Fz, load_34_Mx, load_34_My, load_34_Mz, load_35_x, load_35_y, load_35_Mx, load_35_My,
+        load_36_x, load_36_y, load_36_Fz, load_37_x, load_37_y, load_37_Fy, load_38_x, load_38_y, load_38_Fx,
+        load_38_Fy, load_38_Fz, load_38_Mx, load_38_My, load_38_Mz, load_39_x, load_39_y, load_39_Fy, load_40_x,
+        load_40_y, load_40_Fx, load_40_Fy, load_40_Fz, load_40_Mx, load_40_My, load_40_Mz,
     )

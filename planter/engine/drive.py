@@ -458,7 +458,7 @@ class Drive:
         chosen = {quantity.name: quantity.key for quantity in self.machine.results}
         driven, constant = (
             {key: self._evaluate_column(state, name) for name, key in chosen.items()}
-            for state in self._states
+            for state in (self.driven, self.constant)
         )
         return {
             "phi_deg": np.degrees(self.turn.phi[:-1]),
@@ -469,10 +469,6 @@ class Drive:
             "motor_Nm": self.driven.torque[:-1],
             "load_Nm": self.driven.load[:-1],
         }
-
-    @property
-    def _states(self) -> tuple[DriveState, DriveState]:
-        return self.driven, self.constant
 
     def _evaluate_column(self, state: DriveState, name: str) -> Array:
         values: Array = state.values[name][:-1] / self.machine.find_quantity(name).factor

@@ -33,9 +33,10 @@ if TYPE_CHECKING:
     from planter.engine.solvers.curve_sum import Sampling
     from planter.files.document import Document
 
-Role = Literal["result", "law", "pivot", "states", "place", "distance", "size"]
-"""What a quantity is: a result, the residual of a law, the least pivot of an elimination, a number
-of states, a coordinate of a point of a body, the distance of a point, or the size of a vector.
+Role = Literal["result", "inner", "law", "pivot", "states", "place", "distance", "size"]
+"""What a quantity is: a result, one that only other functions take, the residual of a law, the
+least pivot of an elimination, a number of states, a coordinate of a point of a body, the distance
+of a point, or the size of a vector.
 """
 COMPOSED: tuple[Role, ...] = ("place", "distance", "size")
 """Roles of quantities that a machine adds when they are asked for."""
@@ -478,9 +479,7 @@ class Machine:
         ends = np.array(list(bounds.values()), dtype=float).reshape(-1, 2) * factors[:, None]
         return replace(self, moved=moved, lower=ends[:, 0], upper=ends[:, 1])
 
-    def with_ranges(
-        self, ranges: Mapping[str, tuple[float, float]], label: str = "--vary"
-    ) -> Machine:
+    def with_ranges(self, ranges: Mapping[str, tuple[float, float]]) -> Machine:
         """Return the machine with other values to move, as `with_moved`, or itself without ranges.
 
         Raises InputError, which names the range, for an end that its file refuses, for an unknown
@@ -492,11 +491,11 @@ class Machine:
                 "limits by --hold"
             )
             raise InputError(
-                f"{label} does not go with the [requirements] of {self.source}: {reason}"
+                f"--vary does not go with the [requirements] of {self.source}: {reason}"
             )
         for path, (low, high) in ranges.items():
             if not low < high:
-                raise InputError(f"{label} {path}={low:g}:{high:g}: LOW must be below HIGH")
+                raise InputError(f"--vary {path}={low:g}:{high:g}: LOW must be below HIGH")
             full = self.values[self.find_index(path)].path
             for end in (low, high):
                 self.document.with_numbers({full: end})

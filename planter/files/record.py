@@ -93,16 +93,11 @@ def format_record(title: str, table: Mapping[str, Any]) -> str:
     )
 
 
-def format_table(
-    title: str, head: Sequence[str], rows: Iterable[Sequence[object]], figure: str = ""
-) -> str:
-    """Return an HTML table with a caption, and the SVG text of a figure below it."""
+def format_table(title: str, head: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
+    """Return an HTML table with a caption."""
     top = "".join(f"<th>{_text(name)}</th>" for name in head)
     body = "".join(f"<tr>{''.join(f'<td>{_text(cell)}</td>' for cell in row)}</tr>" for row in rows)
-    return (
-        f"<table><caption>{_text(title)}</caption><thead><tr>{top}</tr></thead><tbody>{body}</tbody></table>"
-        f"{figure[figure.find('<svg') :] if figure else ''}"
-    )
+    return f"<table><caption>{_text(title)}</caption><thead><tr>{top}</tr></thead><tbody>{body}</tbody></table>"
 
 
 def _rows(key: str, rows: Sequence[Mapping[str, Any]]) -> str:

@@ -20,7 +20,7 @@ from planter.gears.geometry.polygons import build_polygon
 from planter.gears.parts import PlacedGear
 from planter.gears.results import FrictionCurves
 from planter.kernels import Array
-from planter.numerics.arrays import TURN
+from planter.numerics.arrays import TURN, rotation
 from planter.report import style
 from planter.report.labels import clean_zero
 from planter.report.scene import Body, Curve, Event, Outline, Scene, refine_places, simplify_outline
@@ -195,7 +195,7 @@ def _draw_gear(
     axes: Axes, gear: Gear, angle: float, centre: tuple[float, float], shade: str
 ) -> None:
     outline, pitch = (
-        _MM * (_rotate(line, angle) + np.asarray(centre))
+        _MM * (line @ rotation(-angle) + np.asarray(centre))
         for line in (_find_vertices(gear), gear.pitch_line.at(np.linspace(0, 1, 361)))
     )
     axes.fill(*outline.T, facecolor=shade, alpha=0.12, edgecolor="none")
@@ -205,11 +205,6 @@ def _draw_gear(
 
 def _find_vertices(gear: Gear) -> Array:
     return gear.points if isinstance(gear, IncompleteGear) else build_polygon(gear)
-
-
-def _rotate(line: Array, angle: float) -> Array:
-    c, s = np.cos(angle), np.sin(angle)
-    return line @ np.array([[c, s], [-s, c]])
 
 
 def _polar_angles(gear: Gear, s: Array) -> Array:

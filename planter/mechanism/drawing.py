@@ -581,10 +581,6 @@ class MechanismCycleProgram:
             "angle": self._inputs[0] / units.unit_factor("angle_deg"),
         }
 
-    @property
-    def _keys(self) -> list[str]:
-        return [quantity.key for quantity in self.machine.results]
-
     @cached_property
     def _points(self) -> Mapping[str, ca.SX]:
         """Coordinates of points of bodies in the drawing [mm], as `x BODY__POINT` and
@@ -618,8 +614,9 @@ class MechanismCycleProgram:
     @cached_property
     def _columns(self) -> Sequence[ca.MX]:
         """What a scene draws along the angle, at its frames."""
-        motors = find_motors(self.machine)
-        keys = ["angle", *select_curves(self._keys, motors), *self._points]
+        results = [quantity.key for quantity in self.machine.results]
+        curves = select_curves(results, find_motors(self.machine))
+        keys = ["angle", *curves, *self._points]
         measures = (graph for graph in self._measures.values() if graph.numel() > 1)
         return [*(self._at_frames(key) for key in keys), *measures]
 

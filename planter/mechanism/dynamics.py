@@ -557,11 +557,11 @@ class Dynamics:
             name for name, size in zip(self.constraints, sizes, strict=True) if size > np.sqrt(RANK)
         ]
 
-    def redundant(self, state: Array, time: float = 0.0) -> int:
+    def redundant(self, state: Array) -> int:
         """Return how many constraints follow from the others in a state (2k,) [rad, m and per s] at
-        a time [s].
+        the start.
         """
-        slopes = self.equations(time, state).slopes
+        slopes = self.equations(0.0, state).slopes
         return len(slopes) - len(find_independent_rows(slopes))
 
     def project(self, time: float, state: Array, share: float = RANK) -> Array:

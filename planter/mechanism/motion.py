@@ -237,11 +237,11 @@ def linearise(
     )
 
 
-def eigenvalues(dynamics: Dynamics, state: Array, time: float = 0.0) -> Array:
+def eigenvalues(dynamics: Dynamics, state: Array) -> Array:
     """Return eigenvalues (m,) [1/s] of small vibrations about an equilibrium, by decreasing real
     part.
     """
-    return linearise(dynamics, state, time=time).eigenvalues()
+    return linearise(dynamics, state).eigenvalues()
 
 
 def _differentiate(

@@ -1,4 +1,4 @@
-"""Angles of a cycle, gaps in tables, and a cache of the last call of a function."""
+"""Angles and directions, gaps in tables, and a cache of the last call of a function."""
 
 from __future__ import annotations
 
@@ -24,6 +24,21 @@ def wrap_angle(angle: Angle, period: float = TURN) -> Angle:
     """Return an angle, or difference of angles, reduced to [-period/2, period/2) [rad]."""
     wrapped: Angle = np.mod(angle + period / 2, period) - period / 2
     return wrapped
+
+
+def direction(angle: float | Array) -> Array:
+    """Return the unit vector of an angle [rad], (2,) or (2, n)."""
+    return np.array([np.cos(angle), np.sin(angle)])
+
+
+def rotation(angle: float) -> Array:
+    """Return the matrix (2, 2) of an anticlockwise rotation [rad].
+
+    >>> rotation(np.pi).round() @ [3.0, 1.0]
+    array([-3., -1.])
+    """
+    c, s = direction(angle)
+    return np.array([[c, -s], [s, c]])
 
 
 def to_degrees(angle: float) -> float:

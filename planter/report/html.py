@@ -350,12 +350,11 @@ def render_page(
     title: str,
     sections: Sequence[Section],
     subtitle: str = "",
-    extra_style: str = "",
     lead: Sequence[Block] = (),
     details: Sequence[Section] = (),
 ) -> str:
-    """Return the page as text; `lead` are the blocks that it opens with, `extra_style` is
-    additional CSS. The `details` are folded on screen, and printed from a new sheet on.
+    """Return the page as text; `lead` are the blocks that it opens with. The `details` are folded on
+    screen, and printed from a new sheet on.
     """
     parts_of_page = [*sections, *details]
     blocks = [*lead, *(block for section in parts_of_page for block in section.blocks)]
@@ -377,8 +376,7 @@ def render_page(
         links="\n".join(links),
         body="\n".join(bodies),
         style=Template(_STYLE).substitute(shades=_DARK_RULES)
-        + "".join(dict.fromkeys(block.style for block in moving))
-        + extra_style,
+        + "".join(dict.fromkeys(block.style for block in moving)),
         policy=f"default-src 'none'; style-src 'unsafe-inline'; img-src data:; script-src "
         f"{policy_source(script)}",
         script=f'<script type="module">{script}</script>' if script else "",

@@ -287,7 +287,6 @@ def draw_panels(
     panels: Sequence[Panel],
     axis: str,
     height: float = 2.4,
-    side_by_side: bool = False,
     shaded: Sequence[tuple[float, float]] = (),
     end: float | None = None,
 ) -> Figure:
@@ -298,9 +297,8 @@ def draw_panels(
     """
     import numpy as np
 
-    shape = (1, len(panels)) if side_by_side else (len(panels), 1)
-    figure = new_figure(height * shape[0] + 0.4)
-    grid = figure.subplots(*shape, squeeze=False, sharex=not side_by_side, sharey=side_by_side)
+    figure = new_figure(height * len(panels) + 0.4)
+    grid = figure.subplots(len(panels), 1, squeeze=False, sharex=True)
     for axes, panel in zip(grid.ravel(), panels, strict=True):
         ends = []
         for index, (name, (x, y)) in enumerate(panel.curves.items()):

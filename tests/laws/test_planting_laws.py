@@ -126,21 +126,6 @@ def work_gap(name: str, moving: PlantingMachine) -> float:
 
 
 @every_machine
-def test_mean_support_force_is_the_weight(name: str) -> None:
-    phi, weights = panels(name)
-    totals = model.cycle(machines.device(name), phi).totals
-    assert weights @ totals["F_support"] / TURN == pytest.approx(
-        weight(machines.machine(name)), abs=1e-9
-    )
-    assert weights @ totals["F_support_x"] / TURN == pytest.approx(0, abs=1e-9)
-
-
-def test_the_mean_of_a_few_samples_is_not_the_weight() -> None:
-    force = model.cycle(machines.device("wang2017"), TURN * np.arange(9) / 9).totals["F_support"]
-    assert abs(force.mean() - weight(machines.machine("wang2017"))) > 1e-5
-
-
-@every_machine
 def test_input_work_is_friction_work(name: str) -> None:
     assert abs(work_gap(name, machines.machine(name))) < 1e-9
 

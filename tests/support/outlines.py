@@ -41,9 +41,6 @@ class Lobes:
             -r * w * n**2 * np.cos(n * t),
         )
 
-    def _angle(self, s: Array) -> Array:
-        return self.start + (self.end - self.start) * s
-
     def rows(self, s: Array) -> Array:
         """Points, unit tangents and curvature (5, n), as `Piece` has them."""
         t = self.start + (self.end - self.start) * s

@@ -193,10 +193,10 @@ def _as_fraction(value: Any) -> Fraction | None:
     return None
 
 
-def quantity_scalar(quantity: Quantity, value: Any = None) -> Scalar:
-    """Return the scalar of a quantity, with another value than its symbol if one is passed."""
+def quantity_scalar(quantity: Quantity) -> Scalar:
+    """Return the scalar of a quantity."""
     angular = 1 if quantity.unit.split("/")[0] == "rad" else 0
-    return Scalar(quantity if value is None else value, of_unit(quantity.unit), angular)
+    return Scalar(quantity, of_unit(quantity.unit), angular)
 
 
 @dataclass(frozen=True)

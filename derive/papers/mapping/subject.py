@@ -30,6 +30,8 @@ ASSUMPTIONS = (
 
 DATA = Path(__file__).parents[3] / "planter" / "papers" / "mapping" / "examples" / "sun2019.toml"
 DIGITS = 70
+SAMPLES = 3600
+"""Angles of a revolution over which a mean is taken."""
 REAL = mp.mpf(10) ** -25
 """Share of a root up to which its imaginary part is a rounding error."""
 Point = dict[Quantity, mp.mpf]
@@ -106,11 +108,11 @@ def _curve(machine: MachineFile) -> CubicSpline:
     return CubicSpline(theta, [*arm[:-1], arm[0]], bc_type="periodic")
 
 
-def mean_root(curve: CubicSpline, samples: int = 3600) -> mp.mpf:
+def mean_root(curve: CubicSpline) -> mp.mpf:
     """Return the mean of 1/sqrt(i) over a revolution of a periodic angle curve, by the trapezoidal
     rule.
     """
-    slopes = curve(np.arange(samples) * 2 * np.pi / samples, 1) - 1
+    slopes = curve(np.arange(SAMPLES) * 2 * np.pi / SAMPLES, 1) - 1
     return mp.mpf(float(np.mean(np.sqrt(-slopes))))
 
 

@@ -205,17 +205,15 @@ def derive_relations(m: Mechanism) -> dict[Quantity, Expr]:
 def derive_definitions() -> dict[sp.Symbol, Expr]:
     """Return quantities of both sides by what they are in other quantities, the nearest first."""
     other = twins.Other(q.phi, q.twin, side_quantities())
-    formulas: dict[sp.Symbol, Expr] = {step.symbol: step.expr for step in _steps()}
+    formulas: dict[sp.Symbol, Expr] = {
+        step.symbol: step.expr for step in derivation.build_device().named
+    }
     formulas |= {
         e.defines: e.defines - e.residual for e in derive_claims().values() if e.defines is not None
     }
     formulas |= derive_reactions() | {q.alpha_n: pi / 9}
     both = formulas | {q.twin(s): other(e) for s, e in formulas.items()}
     return {s: e for s, e in both.items() if s not in e.free_symbols} | _paper_coordinates()
-
-
-def _steps() -> tuple[Let, ...]:
-    return tuple(derivation.build_device().named)
 
 
 def derive_reactions() -> dict[sp.Symbol, Expr]:

@@ -1,15 +1,12 @@
-"""Variants of the planting device's model: the support force alone, relaxed assumptions, and a
-drive by a motor.
+"""Variants of the planting device's model: the support force alone, and relaxed assumptions.
 
 Weight and momentum of a machine's parts make its support force; if action equals reaction, the
 contact forces inside the machine cancel, and so do the accelerations that have opposite signs on
 the two sides, half a revolution apart.
 
 Each relaxed assumption (constant speed, tooth friction at the pitch point, no friction along the
-hinge) is an input; if all of them are zero, the forces are those of the exact model. With a motor
-and a flywheel, the carrier's speed varies. The device's torque is that of the exact model at a
-speed and an acceleration; energies follow from the motion alone, so that the energy law tests the
-forces.
+hinge) is an input; if all of them are zero, the forces are those of the exact model. Energies
+follow from the motion alone, so that the energy law tests the forces.
 """
 
 from __future__ import annotations
@@ -23,10 +20,10 @@ from ...functions import Polynomial, clip
 from ...influence import Influence, flatten_products, side_share
 from ...mechanics.bodies import kinetic_energy, potential_energy
 from ...mechanics.contacts import GearContact, SharedContact
-from ...mechanics.driven_motion import Sides, solve_forces
-from ...mechanics.free_bodies import list_loads
+from ...mechanics.driven_motion import Sides
+from ...mechanics.free_bodies import build_load_function
 from ...mechanics.mechanism import Mechanism
-from ...model import ClosedForm, Effects, Lane, Let, System, join_entries
+from ...model import Effects, Lane, Let, System, join_entries
 from ...quantity import Quantity, Vector, read_quantities
 from . import derivation, flanks
 from . import quantities as q
@@ -46,16 +43,6 @@ along_hinge | 1 | share of the roller's sliding along the hinge that causes fric
 derived: drive
 T_side | J | kinetic energy of a side
 V_side | J | potential energy of a side: weights and return spring
-
-given
-M_stall | N m | torque of the motor at rest, at the carrier | stall_Nm
-omega_idle | rad/s | speed of the motor without load, at the carrier | idle_rpm
-J_w | kg m2 | moment of inertia of flywheel, rotor and carrier, referred to the carrier | flywheel_kgm2
-
-derived: drive
-M_motor | N m | torque of the motor, at the carrier
-surplus | N m | resultant torque on the shaft, which vanishes
-T_w | J | kinetic energy of the flywheel
 """
 )
 """Quantities of this module."""
@@ -220,52 +207,8 @@ def _shared_contact(contact: GearContact, tag: str, turning: Expr) -> SharedCont
     )
 
 
-def build_relaxed_system() -> System:
-    """Build the model of the device from first principles, with relaxed assumptions."""
-    contacts = derivation.DeviceContacts(
-        _shared_contact(derivation.CONTACT_P, "P", TURNING_P),
-        _shared_contact(derivation.CONTACT_Q, "Q", TURNING_Q),
-        s.along_hinge,
-    )
-    device = derivation.build_device(contacts, s.speed_rate)
-    for power, moment, rate in (
-        (POWERS["P"], q.M_P, q.phi52_dot),
-        (POWERS["Q"], q.M_Q, q.phi72_dot),
-    ):
-        device.assembly.unknowns.append(power)
-        device.assembly.laws.append(Let(power, moment * rate, f"derived: {power.meaning}"))
-    sides = Sides(q.twin, (*q.REPORTED_EXACT, *LOSSES, *POWERS.values()), q.TOTALS)
-    lane = device.twin_lane(sides, (*q.INPUTS, LIFTED))
-    title = "Planting device, from first principles, assumptions lifted"
-    return System("planting_lifted", title, "derived (Newton-Euler)", RELAXED_ASSUMPTIONS, lane)
-
-
-_DRIVE = "derived: drive"
-
-
-DRIVE, MOTOR = Vector("drive", (s.speed_rate,)), Vector("motor", s.select("M_stall omega_idle J_w"))
-DRIVE_ASSUMPTIONS = (
-    "as the exact model, but for the constant speed",
-    "the motor's torque falls with the speed along a line",
-    "motor and flywheel turn with the carrier, without slip or backlash",
-)
-
-
-def shaft_balance() -> ClosedForm:
-    """Return the balance of the carrier's shaft between motor, flywheel and device, and the
-    flywheel's energy.
-    """
-    steps = (
-        Let(s.M_motor, s.M_stall * (1 - q.omega / s.omega_idle), "given: the motor's line"),
-        Let(s.surplus, s.M_motor - q.M_L - s.J_w * s.speed_rate, "derived: balance of the shaft"),
-        Let(s.T_w, s.J_w * q.omega**2 / 2, "derived: energy of the flywheel"),
-    )
-    return ClosedForm(
-        "shaft",
-        (q.omega, s.speed_rate, q.M_L, MOTOR),
-        steps,
-        Vector("shaft_outputs", s.select("M_motor surplus T_w")),
-    )
+ACROSS_SHAFTS = ("x", "y")
+"""Axes of places of loads: along the shafts no input says where the outer half of the nozzle is."""
 
 
 def _add_energies(m: Mechanism) -> None:
@@ -280,60 +223,44 @@ def _add_energies(m: Mechanism) -> None:
     m.let(s.V_side, potential_energy(m.assembly, side, m.O, m.world) + stored)
 
 
-def build_drive_system() -> System:
-    """Build the model of the device at a variable carrier speed."""
-    m = derivation.build_device(speed_rate=s.speed_rate)
-    _add_energies(m)
-    lane = m.twin_lane(
-        Sides(q.twin, (*q.REPORTED_EXACT, s.T_side, s.V_side), q.TOTALS), (*q.INPUTS, DRIVE)
+def build_relaxed_system() -> System:
+    """Build the model of the device from first principles, with relaxed assumptions, energies and
+    the loads on all bodies, of side 1 and of what both sides share.
+    """
+    contacts = derivation.DeviceContacts(
+        _shared_contact(derivation.CONTACT_P, "P", TURNING_P),
+        _shared_contact(derivation.CONTACT_Q, "Q", TURNING_Q),
+        s.along_hinge,
     )
-    title = "Planting device, driven by a motor"
+    device = derivation.build_device(contacts, s.speed_rate)
+    for power, moment, rate in (
+        (POWERS["P"], q.M_P, q.phi52_dot),
+        (POWERS["Q"], q.M_Q, q.phi72_dot),
+    ):
+        device.assembly.unknowns.append(power)
+        device.assembly.laws.append(Let(power, moment * rate, f"derived: {power.meaning}"))
+    _add_energies(device)
+    reported = (*q.REPORTED_EXACT, *LOSSES, *POWERS.values(), s.T_side, s.V_side)
+    inputs, rates = (*q.INPUTS, LIFTED), sorted(COORDINATES.difference(reported), key=str)
+    known = (q.phi, *(entry for packed in inputs for entry in join_entries(packed)))
+    (loads,), texts = build_load_function(
+        device, (*known, *q.TOTALS, *reported, *rates), ACROSS_SHAFTS
+    )
+    state = [symbol for symbol in join_entries(loads.inputs[0]) if symbol not in known]
+    shared = set(device.assembly.unknowns).difference(device.unknowns)
+    of_side = (*reported, *(symbol for symbol in state if symbol not in shared))
+    of_both = dict.fromkeys((*q.TOTALS, *(symbol for symbol in state if symbol in shared)))
+    lane = device.twin_lane(Sides(q.twin, of_side, tuple(of_both)), inputs)
+    title = "Planting device, from first principles, assumptions lifted"
     return System(
-        "planting_drive",
+        "planting_lifted",
         title,
         "derived (Newton-Euler)",
-        DRIVE_ASSUMPTIONS,
+        RELAXED_ASSUMPTIONS,
         lane,
-        (shaft_balance(),),
+        (loads,),
+        loads=tuple(load.describe() for load in texts),
     )
 
 
-ACROSS_SHAFTS = ("x", "y")
-"""Axes of places of loads: along the shafts no input says where the outer half of the nozzle is."""
-
-
-def build_bodies_system() -> System:
-    """Build the loads on all bodies: of side 1, of both sides on sun and carrier, in the order of
-    `derive.mechanics.free_bodies.list_loads`.
-    """
-    m = derivation.build_device()
-    loads = list_loads(m)
-    shared = {body.name for body in m.shared}
-    components = [
-        (load, step)
-        for number, load in enumerate(loads, 1)
-        for step in load.list_components(number, ACROSS_SHAFTS)
-    ]
-    common = [step for load, step in components if load.body in shared and not load.twice]
-    of_side = [step for _, step in components if step not in common]
-    m.reports += common
-    sides = Sides(
-        q.twin, tuple(step.symbol for step in of_side), tuple(step.symbol for step in common)
-    )
-    lane = m.twin_lane(sides, q.INPUTS, forces=(*solve_forces(m), *of_side))
-    return System(
-        "planting_bodies",
-        "Planting device, loads on its bodies",
-        "derived (Newton-Euler)",
-        derivation.ASSUMPTIONS,
-        lane,
-        loads=tuple(load.describe() for load in loads),
-    )
-
-
-SYSTEMS = (
-    build_support_system,
-    build_relaxed_system,
-    build_drive_system,
-    build_bodies_system,
-)
+SYSTEMS = (build_support_system, build_relaxed_system)

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from planter.errors import ComputationError
 from planter.gears.geometry.pieces import Piece
 from planter.kernels import Array
+from planter.numerics.arrays import rotation
 
 
 def tabulate_outline(pieces: Sequence[Piece], steps: int) -> dict[str, Array]:
@@ -110,9 +111,7 @@ class Arcs:
 
     def moved(self, turn: float, shift: tuple[float, float] | Array = (0.0, 0.0)) -> Arcs:
         """Return the curve rotated about the origin by `turn` [rad], then shifted [m]."""
-        c, s = np.cos(turn), np.sin(turn)
-        vertices = self.vertices @ np.array([[c, s], [-s, c]]) + np.asarray(shift)
-        return replace(self, vertices=vertices)
+        return replace(self, vertices=self.vertices @ rotation(-turn) + np.asarray(shift))
 
 
 def interpolate_arcs(start: Array, chord: Array, half: Array, share: Array) -> Array:

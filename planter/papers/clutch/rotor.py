@@ -17,6 +17,7 @@ import scipy
 from planter.errors import GeometryError
 from planter.kernels import Array, formulas
 from planter.numerics import extrema
+from planter.numerics.arrays import direction, rotation
 from planter.papers.clutch.results import CornerPath, Harmonic, Oval, PolygonFit, Sliding, SlidPath
 
 MOST = 99
@@ -111,7 +112,7 @@ class Rotor:
         pairs = self.sides // 2
         reach = self.supports(rotation)
         middle = (reach[:pairs] - reach[pairs:]) / 2
-        rows = np.column_stack([np.cos(self.normals[:pairs]), np.sin(self.normals[:pairs])])
+        rows = direction(self.normals[:pairs]).T
         centroid = np.linalg.solve(rows[:2], -middle[:2])
         gaps: Array = middle + rows @ centroid
         return gaps
@@ -196,7 +197,7 @@ class Rotor:
         theta = np.linspace(*self.passage, points)
         at = self.path(theta)
         arc = np.array([at["x_C"], at["y_C"]])[:, ::-1]
-        return np.hstack([_turned(i * self.turn) @ arc for i in range(self.sides + 1)])[
+        return np.hstack([rotation(i * self.turn) @ arc for i in range(self.sides + 1)])[
             :, : self.sides * points + 1
         ]
 
@@ -274,7 +275,7 @@ def _corner(ellipse: Mapping[str, float], width: float) -> CornerPath:
     )
 
 
-def summarise_rotor(rotor: Rotor, harmonics: int = 6) -> PolygonFit:
+def summarise_rotor(rotor: Rotor) -> PolygonFit:
     """Return the summary of a pair of polygons, lengths in widths; None for values without meaning.
 
     `exact` says whether the body is a rotor: every harmonic of its support function is one that a
@@ -293,7 +294,7 @@ def summarise_rotor(rotor: Rotor, harmonics: int = 6) -> PolygonFit:
         fillet_limit_over_R=ellipse["fillet"] / width if ellipse else None,
         ellipse=_corner(ellipse, width) if ellipse else None,
         slides=rotor.slides().to_result(),
-        harmonics=rotor.harmonics(harmonics),
+        harmonics=rotor.harmonics(6),
     )
 
 
@@ -306,11 +307,9 @@ def body_outline(rotor: Rotor, rotation: float, centroid: Array, points: int = 2
     parts = []
     for i in range(rotor.vertices):
         vertex = rotation + 2 * i * arc
-        about = rho * np.array([math.cos(vertex), math.sin(vertex)])
+        about = rho * direction(vertex)
         directions = vertex + math.pi + angles
-        parts.append(
-            about[:, None] + rotor.width * np.array([np.cos(directions), np.sin(directions)])
-        )
+        parts.append(about[:, None] + rotor.width * direction(directions))
     order = sorted(range(rotor.vertices), key=lambda i: (2 * i * arc + math.pi) % (2 * math.pi))
     body_points: Array = np.hstack([parts[i] for i in order]) + np.asarray(centroid)[:, None]
     return body_points
@@ -326,10 +325,5 @@ def polygon_outline(sides: int, apothem: float, fillet: float = 0.0, points: int
     for i in range(sides + 1):
         corner = math.pi / 2 + (i + 0.5) * turn
         angles = corner + np.linspace(-turn / 2, turn / 2, points if fillet else 1)
-        about = centre * np.array([[math.cos(corner)], [math.sin(corner)]])
-        parts.append(about + fillet * np.array([np.cos(angles), np.sin(angles)]))
+        parts.append(centre * direction(corner)[:, None] + fillet * direction(angles))
     return np.hstack(parts)
-
-
-def _turned(angle: float) -> Array:
-    return np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])

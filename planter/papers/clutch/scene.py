@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planter.kernels import Array, Integers, formulas
-from planter.numerics.arrays import TURN
+from planter.numerics.arrays import TURN, direction
 from planter.papers.clutch.model import SIDES, VERTICES, CrankLinkage, collect_values, load_model
 from planter.papers.clutch.rotor import Rotor, body_outline, polygon_outline
 from planter.report import style
@@ -49,11 +49,6 @@ def draw_sheets(clutch: ClutchFile) -> list[Sheet]:
     return [_polygon(values), _teeth(values), _sleeve(values), _linkage(values)]
 
 
-def compute_direction(angle: float | Array) -> Array:
-    """Return the unit vector of an angle [rad], (2,) or (2, n)."""
-    return np.array([np.cos(angle), np.sin(angle)])
-
-
 def _polygon(values: Mapping[str, float]) -> Sheet:
     """The polygon with A and B on their sides, C near the middle of its way past a corner."""
     sizes = load_model().at("polygon", a=values["a"])
@@ -65,10 +60,8 @@ def _polygon(values: Mapping[str, float]) -> Sheet:
     body = body_outline(rotor, np.radians(direction_angle(middle, c)), middle / _MM).T * _MM
     hexagon = polygon_outline(SIDES, rotor.width / 2).T[:-1] * _MM
     axis, centre = rotor.ellipse["axis"], np.array([sizes["x_E"], sizes["y_E"]]) * _MM
-    major, minor = compute_direction(axis), compute_direction(axis + np.pi / 2)
-    oval = centre + _MM * (
-        compute_direction(_TURN).T @ [sizes["s_1"] * major, sizes["s_2"] * minor]
-    )
+    major, minor = direction(axis), direction(axis + np.pi / 2)
+    oval = centre + _MM * (direction(_TURN).T @ [sizes["s_1"] * major, sizes["s_2"] * minor])
     bodies = (
         Body("hexagon", (Outline(hexagon, "frame"), Outline(oval, "mark"))),
         Body("body", (Outline(body, "body", shade=0),)),
@@ -105,10 +98,8 @@ def _teeth(values: Mapping[str, float]) -> Sheet:
     teeth = load_model().at("teeth", flats=values["flats"], r=values["r"])
     tip, root, flats, fillet = (_MM * values[name] for name in ("b1", "b2", "flats", "r"))
     section = polygon_outline(SIDES, flats / 2, fillet).T
-    corner = (
-        (flats / 2 - fillet) / np.cos(np.pi / SIDES) * compute_direction(np.pi / 2 + np.pi / SIDES)
-    )
-    circle = compute_direction(_TURN).T
+    corner = (flats / 2 - fillet) / np.cos(np.pi / SIDES) * direction(np.pi / 2 + np.pi / SIDES)
+    circle = direction(_TURN).T
     bodies = (
         Body("shaft", (Outline(section, "body", closed=False, shade=1),)),
         Body("tips and roots", (Outline(tip * circle, "mark"), Outline(root * circle, "mark"))),
@@ -119,7 +110,7 @@ def _teeth(values: Mapping[str, float]) -> Sheet:
         Length(("flat_to_flat_mm",), np.array([0.0, -flats / 2]), np.array([0.0, flats / 2]), 0.75),
         Length(("r",), corner, corner * (1 + fillet / float(np.hypot(*corner)))),
         Length(("b1",), centre, np.array([tip, 0.0]), 0.6),
-        Length(("b2",), centre, root * compute_direction(0.6), 0.7),
+        Length(("b2",), centre, root * direction(0.6), 0.7),
         Angle(
             ("xi",), np.array([_MM * teeth["b1"], 0.0]), -float(face), 2 * float(face), 0.2 * flats
         ),
@@ -156,7 +147,7 @@ def draw_linkage(linkage: CrankLinkage, travel: float, gear: float) -> tuple[Bod
     both = linkage.evaluate(np.array([0.0, travel]))
     first, last = _MM * np.column_stack([both["pin_x"], both["pin_y"]])
     sleeves = [_MM * np.array([linkage.distance + way, 0.0]) for way in (0.0, travel)]
-    circle = _MM * gear * compute_direction(_TURN).T
+    circle = _MM * gear * direction(_TURN).T
     bars = (
         Outline(np.array([axis, first, sleeves[0]]), "frame", closed=False),
         Outline(np.array([axis, last, sleeves[1]]), "before", closed=False),
@@ -182,7 +173,7 @@ def _linkage(values: Mapping[str, float]) -> Sheet:
         Length(("l_AB",), axis, pin, 0.8),
         Length(("l_BC",), pin, sleeve),
         Length(("l_AC",), axis, sleeve, 0.6),
-        Length(("r_A",), axis, _MM * values["r_A"] * compute_direction(-1.0), 0.7),
+        Length(("r_A",), axis, _MM * values["r_A"] * direction(-1.0), 0.7),
         Length(("c",), sleeve, bodies[2].outlines[0].points[2]),
         Spot(("pin_x", "pin_y"), pin),
         Angle(("crank_angle",), axis, 0, turned[0], 0.45 * size),
@@ -338,12 +329,12 @@ BINS = 900
 LINK = "link angle / deg"
 
 
-def thin_curve(x: Array, y: Array, bins: int = BINS) -> Points:
+def thin_curve(x: Array, y: Array) -> Points:
     """Return the smallest and largest value of each of many parts of a curve (n,), in order."""
-    if len(x) <= 2 * bins:
+    if len(x) <= 2 * BINS:
         return x, y
     chosen = {0, len(x) - 1}
-    for part in np.array_split(np.arange(len(x)), bins):
+    for part in np.array_split(np.arange(len(x)), BINS):
         chosen |= {int(part[np.argmin(y[part])]), int(part[np.argmax(y[part])])}
     index = sorted(chosen)
     return x[index], y[index]

@@ -82,13 +82,13 @@ class AngleCurve:
         return float(theta[stopped[0]]) if len(stopped) else self.extremes[0].place
 
 
-def unwrap_rotations(relative: Array, sense: int = -1) -> Array:
+def unwrap_rotations(relative: Array) -> Array:
     """Relative rotations [rad] with whole turns added so that each lies less than a turn on from
     the one before.
     """
     angles = [float(relative[0])]
     for value in relative[1:]:
-        angles.append(angles[-1] + sense * float(np.mod(sense * (value - angles[-1]), TURN)))
+        angles.append(angles[-1] - float(np.mod(angles[-1] - value, TURN)))
     return np.array(angles)
 
 

@@ -27,6 +27,7 @@ from numpy.typing import NDArray
 
 from planter.errors import ComputationError, InputError
 from planter.kernels import Array
+from planter.numerics.arrays import direction
 from planter.papers.mapping import model
 from planter.papers.mapping.results import Pair, StraightFound
 
@@ -310,16 +311,14 @@ def null_space(poses: Array) -> tuple[Array, Array]:
     return vectors[rank:].T if rank < CONDITIONS else vectors[CONDITIONS:].T, values
 
 
-def solve_dyads(poses: Array, basis: Array | None = None) -> Solution:
-    """Return all dyads of five poses; `basis` (8, 3) may replace that of the null space of the
-    normalised poses.
+def solve_dyads(poses: Array) -> Solution:
+    """Return all dyads of five poses.
 
     Raises ComputationError if a root does not pass the poses.
     """
     scale, separate = Scale.from_poses(poses), distinct(poses)
     inside = scale.normalise(separate)
     plane, values = null_space(inside)
-    plane = plane if basis is None else basis
     if plane.shape[1] > 3:
         return Solution([], [], 0, 0, values, free=plane.shape[1] - 3)
     return on_plane(inside, plane, scale, values)
@@ -477,7 +476,7 @@ def _lines(basis: Array) -> list[Array]:
 
 def _directions() -> Array:
     angles = np.pi * np.arange(CUTS) / CUTS
-    return np.column_stack([np.cos(angles), np.sin(angles)])
+    return direction(angles).T
 
 
 def fit_dyads(poses: Array) -> Solution:

@@ -7,14 +7,21 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planter.kernels import Array
-from planter.numerics.arrays import TURN
+from planter.numerics.arrays import TURN, direction, rotation
 from planter.papers.mapping import model
 from planter.papers.mapping.synthesis import Linkage, Synthesis
 from planter.papers.mapping.train import Training, polar_curves
 from planter.report.animation import draw_stills
 from planter.report.scene import Body, Curve, Event, Outline, Point, Scene, refine_places
-from planter.report.sheet import Angle, Length, Mark, Sheet, Spot, build_still_scene
-from planter.report.sheet import direction_angle as direction
+from planter.report.sheet import (
+    Angle,
+    Length,
+    Mark,
+    Sheet,
+    Spot,
+    build_still_scene,
+    direction_angle,
+)
 from planter.report.style import Panel, Points, draw_panels
 
 if TYPE_CHECKING:
@@ -155,10 +162,7 @@ def draw_poses(poses: Array) -> Body:
     arrow = length * np.array([[0.0, 0.0], [1.0, 0.0], [0.8, 0.08], [1.0, 0.0], [0.8, -0.08]])
     arrows = []
     for x, y, angle in poses:
-        c, s = np.cos(angle), np.sin(angle)
-        arrows.append(
-            Outline(arrow @ np.array([[c, s], [-s, c]]) + [MM * x, MM * y], "mark", closed=False)
-        )
+        arrows.append(Outline(arrow @ rotation(-angle) + [MM * x, MM * y], "mark", closed=False))
     return Body("poses", arrows)
 
 
@@ -181,10 +185,8 @@ def _mounted(training: Training, moving: Array) -> tuple[list[float], float]:
     """
     if training.dyad is None:
         return [0.0, 0.0], 0.0
-    direction = float(
-        np.degrees(training.train.curve.carrier[0] - np.arctan2(moving[1], moving[0]))
-    )
-    return (MM * training.dyad.centre).tolist(), direction
+    heading = float(np.degrees(training.train.curve.carrier[0] - np.arctan2(moving[1], moving[0])))
+    return (MM * training.dyad.centre).tolist(), heading
 
 
 def _arm(training: Training, start: float) -> list[Outline]:
@@ -192,8 +194,7 @@ def _arm(training: Training, start: float) -> list[Outline]:
     if training.dyad is None:
         return []
     places = MM * training.train.motion(training.dyad)["places"][:, 0]
-    c, s = np.cos(np.radians(start)), np.sin(np.radians(start))
-    offset = (places[:2] - places[2:]) @ np.array([[c, -s], [s, c]])
+    offset = (places[:2] - places[2:]) @ rotation(np.radians(start))
     return [Outline(np.array([[0.0, 0.0], offset]), "frame", closed=False)]
 
 
@@ -245,7 +246,7 @@ def _linkage(linkage: Linkage, pose: Array, poses: Array) -> Sheet:
         Spot(("X_f", "Y_f"), fixed[1]),
         Length(("L1",), fixed[0], crank),
         Length(("L_f",), fixed[1], follower),
-        Angle(("crank_deg",), fixed[0], 0, direction(fixed[0], crank), 0.1 * size),
+        Angle(("crank_deg",), fixed[0], 0, direction_angle(fixed[0], crank), 0.1 * size),
         Angle.between(("transmission_deg",), follower, crank, fixed[1], 0.15 * size),
     ]
     return Sheet(
@@ -277,14 +278,7 @@ def outline_gears(training: Training) -> list[Array]:
     bend = np.pi if training.crank is None else training.train.bend(training.crank)
     towards = np.array([0.0, np.pi, np.pi - bend, -bend])
     senses = (1, -1, -1, 1)
-    return [
-        MM
-        * radii[k]
-        * np.array(
-            [np.cos(towards[k] + senses[k] * psi[k]), np.sin(towards[k] + senses[k] * psi[k])]
-        )
-        for k in range(4)
-    ]
+    return [MM * radii[k] * direction(towards[k] + senses[k] * psi[k]) for k in range(4)]
 
 
 def draw_train_bodies(training: Training) -> tuple[Body, Body]:
@@ -360,7 +354,7 @@ def _draw_dyads(synthesis: Synthesis) -> list[Body]:
     poses = synthesis.poses
     extent = float(np.ptp(poses[:, :2], axis=0).max()) or 1.0
     bodies = [draw_poses(poses)]
-    circle = np.column_stack([np.cos(DENSE), np.sin(DENSE)])
+    circle = direction(DENSE).T
     for number, dyad in enumerate(synthesis.solution.dyads):
         if dyad.radius < _WIDEST * extent:
             hinges = model.place_point(poses, dyad.point)

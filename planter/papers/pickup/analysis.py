@@ -48,7 +48,7 @@ def count_teeth(train: PickupTrain) -> SunToothCount:
     return SunToothCount(exact, whole, train.arc / (np.pi * whole) * _MM)
 
 
-def round_trip(train: PickupTrain, count: int = ROUND_TRIP_POINTS) -> float | None:
+def round_trip(train: PickupTrain) -> float | None:
     """Largest difference of phi1 [rad] between a train's law and the law found again from points of
     its path alone.
 
@@ -57,7 +57,7 @@ def round_trip(train: PickupTrain, count: int = ROUND_TRIP_POINTS) -> float | No
     """
     if not train.monotone:
         return None
-    inversion = invert_path(train.tip(np.arange(count) * TURN / count))
+    inversion = invert_path(train.tip(np.arange(ROUND_TRIP_POINTS) * TURN / ROUND_TRIP_POINTS))
     t = np.linspace(0, TURN, COMPARED)
     turned = inversion.phi5_far - train.phi5_far
     turned -= TURN * round(turned / TURN)

@@ -157,19 +157,15 @@ class CellEntry:
         deepest = extrema.find_maximum(lambda t: self.place(t)[:, 0], t, closed=True)
         return deepest.value, deepest.place
 
-    def straight(self, allowed: float, entering: bool = True) -> float:
-        """Length of the chord from the deepest place [m] from which the path into it, or out of it,
+    def straight(self, allowed: float) -> float:
+        """Length of the chord from the deepest place [m] from which the path into it
         stays `allowed`.
 
         The path is followed to the dwell, or to the nearest tip without a dwell.
         """
-        ends = (
-            self.train.driven
-            if self.train.law.dwell is not None
-            else (self.train.nearest_angle - TURN, self.train.nearest_angle)
-        )
-        last = ends[0 if entering else 1]
-        tips = self.train.tip(np.linspace(0.0, last, BRANCH))
+        train = self.train
+        last = train.driven[0] if train.law.dwell is not None else train.nearest_angle - TURN
+        tips = train.tip(np.linspace(0.0, last, BRANCH))
         chord = tips - tips[0]
         length = np.hypot(*chord.T)
         length[0] = 1.0

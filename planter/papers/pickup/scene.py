@@ -9,7 +9,7 @@ import numpy as np
 
 from planter.kernels import Array
 from planter.kernels.formulas import load
-from planter.numerics.arrays import TURN
+from planter.numerics.arrays import TURN, direction, rotation
 from planter.papers.pickup.file import Pickup
 from planter.papers.pickup.gears import Locking, compute_locking_arcs
 from planter.papers.pickup.law import NEEDLE
@@ -88,7 +88,7 @@ def build_pickup_scene(machine: Pickup, train: PickupTrain, before: Array | None
 def _tube(x: float, y: float, radius: float) -> Outline:
     """A point that the path must pass, with its tolerance."""
     angles = np.linspace(0, TURN, 37)
-    return Outline(radius * np.column_stack([np.cos(angles), np.sin(angles)]) + [x, y], "mark")
+    return Outline(radius * direction(angles).T + [x, y], "mark")
 
 
 def _gears(train: PickupTrain, t: Array, state: dict[str, Array]) -> tuple[Body, Body]:
@@ -127,16 +127,9 @@ def outline_locking_arcs(train: PickupTrain, arcs: Locking) -> tuple[Array, Arra
         np.linspace(dwell.start, dwell.end, 181),
         np.linspace(-arcs.reaches[0], arcs.reaches[1], 121),
     )
-    seen = arcs.radius * np.array([np.cos(concave), np.sin(concave)]) - np.array(
-        [[train.geometry.a1], [0.0]]
-    )
+    seen = arcs.radius * direction(concave) - np.array([[train.geometry.a1], [0.0]])
     arm_angle = float(train.law.arm(np.array([dwell.start]))[0])
-    return arcs.radius * np.array([np.cos(convex), np.sin(convex)]), _turned(seen, -arm_angle)
-
-
-def _turned(points: Array, angle: float) -> Array:
-    c, s = np.cos(angle), np.sin(angle)
-    return np.array([c * points[0] - s * points[1], s * points[0] + c * points[1]])
+    return arcs.radius * direction(convex), rotation(-arm_angle) @ seen
 
 
 def _carrier(t: Array, state: dict[str, Array]) -> Body:
@@ -152,8 +145,7 @@ def _arm(machine: Pickup, train: PickupTrain, t: Array, state: dict[str, Array])
     entry = CellEntry(train, Cell.from_pickup(machine))
     heading = train.arm_heading(t)
     corners = entry.to_frame(entry.needle(0.0)) * _MM - [state["x_S"][0], state["y_S"][0]]
-    c, s = np.cos(heading[0]), np.sin(heading[0])
-    needle = corners @ np.array([[c, -s], [s, c]]) + [length, 0.0]
+    needle = corners @ rotation(heading[0]) + [length, 0.0]
     bar = Outline(np.array([[0.0, 0.0], [length, 0.0]]), "frame", closed=False)
     return Body(
         "arm and needle",

@@ -24,13 +24,11 @@ MODELS: tuple[Model, ...] = ("exact", "printed")
 
 
 class Functions:
-    """CasADi functions of a device: a model's dynamics, or the loads on its bodies, composed with
-    two gear stages and a law of the cam's flanks.
+    """CasADi functions of a device: a model's dynamics, composed with two gear stages and a law of
+    the cam's flanks.
     """
 
-    def __init__(
-        self, model: Model | Literal["bodies"], stages: tuple[Stage, Stage], flank: ca.Function
-    ) -> None:
+    def __init__(self, model: Model, stages: tuple[Stage, Stage], flank: ca.Function) -> None:
         self.sidecar = generated.sidecar(f"planting_{model}")
         self._module = generated.module(f"planting_{model}")
         contacts = [stage.contact.function for stage in stages]
@@ -122,19 +120,6 @@ class Functions:
         changes = data_jacobian(mounting, *_interleave(parameters, curves), c)
         rows = ca.vertcat(ca.MX(h.numel() - dynamics.numel(), c.numel()), changes)
         return ca.Function("data_tangent", [x, c, h], [rows], ["x", "c", "h"], ["dh"])
-
-    def of_data(self, outputs: list[ca.SX]) -> tuple[list[ca.SX], list[ca.SX]]:
-        """Functions of (phi, x, c, h) as functions of (phi, x, c, curves), and these inputs.
-
-        `curves` is what h holds of both stages: what of it the data c decide is then computed from
-        them.
-        """
-        mounting, *parameters = ca.vertsplit(self.x, self._split)
-        split = self._hoisted_split[:-1]
-        curves = ca.SX.sym("curves", split[-1])
-        packed = _interleave(parameters, ca.vertsplit(curves, split))
-        h = ca.vertcat(curves, self._dynamics(mounting, *packed, self.c))
-        return ca.substitute(outputs, [self.h], [h]), [self.phi, self.x, self.c, curves]
 
     def lane_inputs(self, phi: ca.SX) -> list[ca.SX]:
         """Return the inputs of the lane function at a carrier angle."""

@@ -9,14 +9,15 @@ from dataclasses import replace
 from itertools import islice
 from typing import Any
 
-import casadi as ca
 import numpy as np
 
 from planter.kernels import Array
-from planter.mechanism.labelled import group_loads
+from planter.kernels.formulas import load as load_formulas
+from planter.mechanism.labelled import LOADS, group_loads
+from planter.numerics.arrays import rotation
 from planter.papers.planting.file import load
-from planter.papers.planting.functions import Functions, build_flank_function
-from planter.papers.planting.model import Device
+from planter.papers.planting.lifted import NAME, LiftedModel
+from planter.papers.planting.model import SIDES, Device
 from planter.papers.planting.report.scene import MOMENTS, build_scene, draw_halves
 from planter.papers.planting.toothed import locate_pitch_curves
 from planter.report.free_body import FreeBodies
@@ -36,8 +37,6 @@ SHAPES = {
     "planet and nozzle, side 1": "planet",
 }
 """Names of bodies of the statement by those of the scene; it has the nozzle's halves elsewhere."""
-LOAD_PARTS = ("x", "y", "Fx", "Fy", "Fz", "Mx", "My", "Mz")
-"""Components of a load in the functions of the bodies."""
 _ROUND = np.radians(np.arange(361))
 
 At = Mapping[str, float]
@@ -84,8 +83,7 @@ def _at(columns: At, name: str) -> Array:
 
 
 def _turned(vector: Sequence[float] | Array, degrees: float) -> Array:
-    c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
-    return np.array([[c, -s], [s, c]]) @ np.asarray(vector, dtype=float)
+    return rotation(np.radians(degrees)) @ np.asarray(vector, dtype=float)
 
 
 def _angles(device: Device) -> dict[str, float]:
@@ -264,24 +262,29 @@ def cut_bodies(source: str, changes: Mapping[str, float], angle_deg: float) -> F
     carrier angle. Raises InputError and GeometryError as file and device do.
     """
     device = Device(load(source, changes), "exact")
-    functions = Functions("bodies", device.stages, build_flank_function(device.machine.cam.flank))
-    point = device.prologue(device.design)
-    at = [np.radians(angle_deg), point.d[: device.size], point.d[device.size :]]
-    hoisted = functions.prologue_function(*at[1:])
-    rows = ca.Function("bodies", functions.inputs, list(functions.both))(*at, hoisted)
-    first, second, both = (row.full().ravel().tolist() for row in rows)
-    vectors = functions.sidecar["vectors"]
-    side, totals = ([entry["name"] for entry in vectors[name]] for name in ("side", "totals"))
-    components = dict(zip((*side, *totals), (*first, *both), strict=True))
-    entries: list[Mapping[str, Any]] = list(functions.sidecar["loads"])
-    opposite = dict(zip(side, second, strict=True))
-    for number, entry in enumerate(functions.sidecar["loads"], 1):
+    model, formulas = LiftedModel(device), load_formulas(NAME)
+    turn = model.turn(np.radians([angle_deg]))
+    known = {
+        **dict(zip(formulas.entries("mounting"), device.design, strict=False)),
+        **dict(zip(formulas.entries("machine"), device.constants, strict=True)),
+        **dict(zip(("a1", "a2"), device.centre_distances(device.design), strict=True)),
+        **dict.fromkeys(model.inputs, 0.0),
+    }
+    loads: list[dict[str, float]] = []
+    for angle, side in zip(SIDES, (turn.one, turn.two), strict=True):
+        moving = {name: row[0] for name, row in {**side, **turn.totals}.items()}
+        moving["phi"] = np.radians(angle_deg) + angle
+        loads.append(formulas.pick(LOADS, known | moving))
+    components, second = loads
+    entries: list[Mapping[str, Any]] = list(formulas.sidecar["loads"])
+    for number, entry in enumerate(formulas.sidecar["loads"], 1):
         if entry.get("twice"):
             entries.append(entry | {"by": f"{entry['by']} of side 2"})
+            start = f"load_{number}_"
             components |= {
-                f"load_{len(entries)}_{part}": opposite[f"load_{number}_{part}"]
-                for part in LOAD_PARTS
-                if f"load_{number}_{part}" in opposite
+                f"load_{len(entries)}_{name.removeprefix(start)}": value
+                for name, value in second.items()
+                if name.startswith(start)
             }
     bodies = group_loads(entries, components)
     shapes = _place_outlines(device, angle_deg)

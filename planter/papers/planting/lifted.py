@@ -17,7 +17,7 @@ import scipy
 
 from planter.kernels import Array, Kernel, generated
 from planter.papers.planting.functions import build_flank_function
-from planter.papers.planting.model import Device
+from planter.papers.planting.model import SIDES, Device
 from planter.papers.planting.results import Lifted
 
 NAME = "planting_lifted"
@@ -66,6 +66,18 @@ class LiftedCycle:
         )
 
 
+def build_side_function(device: Device) -> ca.Function:
+    """Return (phi, x, c, h, lifted) -> quantities of a side, of a device of the exact model."""
+    functions, module = device.functions, generated.module(NAME)
+    contacts = [stage.contact.function for stage in device.stages]
+    lane = module.lane(*contacts, build_flank_function(device.machine.cam.flank))
+    relaxed = ca.SX.sym("lifted", lane.size1_in("lifted"))
+    phi, *vectors, c, _ = functions.lane_inputs(functions.phi)
+    hoisted = module.prologue(*contacts)(*vectors, c, relaxed)
+    side = lane(phi, *vectors, c, relaxed, hoisted)
+    return ca.Function("side", [*functions.inputs, relaxed], [side])
+
+
 class LiftedModel:
     """A device of the exact model whose assumptions can be lifted, at a design (p,) [SI], its own
     unless told.
@@ -80,20 +92,16 @@ class LiftedModel:
 
     @cached_property
     def _kernel(self) -> Kernel:
-        functions, module = self.device.functions, generated.module(NAME)
-        contacts = [stage.contact.function for stage in self.device.stages]
-        flank = build_flank_function(self.device.machine.cam.flank)
-        lane, prologue = module.lane(*contacts, flank), module.prologue(*contacts)
-        sides: list[tuple[ca.SX, ca.SX]] = []
-        for angle in (functions.phi, functions.phi - np.pi):
-            phi, *vectors, c, _ = functions.lane_inputs(angle)
-            relaxed = ca.SX.sym(f"lifted{len(sides)}", len(self.inputs))
-            sides.append((lane(phi, *vectors, c, relaxed, prologue(*vectors, c, relaxed)), relaxed))
-        (side1, first), (side2, second) = sides
-        outputs = [side1, side2, module.frame()(side1, side2, functions.c)]
-        inputs = [*functions.inputs, first, second]
+        functions, side = self.device.functions, build_side_function(self.device)
+        inputs = [ca.SX.sym(f"lifted{number}", len(self.inputs)) for number in (1, 2)]
+        phi, *fixed = functions.inputs
+        sides = [
+            side(phi + angle, *fixed, relaxed) for angle, relaxed in zip(SIDES, inputs, strict=True)
+        ]
+        outputs = [*sides, generated.module(NAME).frame()(*sides, functions.c)]
         names = ["phi", "x", "c", "h", "lifted1", "lifted2"]
-        f = ca.Function("lifted", inputs, outputs, names, ["side1", "side2", "totals"])
+        outs = ["side1", "side2", "totals"]
+        f = ca.Function("lifted", [phi, *fixed, *inputs], outputs, names, outs)
         return Kernel(f, lanes=["phi", "lifted1", "lifted2"])
 
     def turn(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import casadi as ca
 import numpy as np
 
@@ -10,10 +12,14 @@ from planter.errors import InputError
 from planter.files import units
 from planter.kernels import generated
 from planter.papers.planting.file import PlantingMachine
-from planter.papers.planting.functions import build_flank_function
+from planter.papers.planting.lifted import NAME, build_side_function
 from planter.papers.planting.model import SIDES, SPEED, Device, list_quantities
 
-NAME = "planting_drive"
+ASSUMPTIONS = (
+    "as the exact model, but for the constant speed",
+    "the motor's torque falls with the speed along a line",
+    "motor and flywheel turn with the carrier, without slip or backlash",
+)
 PATH = "operation.acceleration_rad_s2"
 """Path of the carrier's acceleration, which no file has: it is zero unless a motor drives the
 device.
@@ -37,32 +43,30 @@ def build_driven_machine(device: Device) -> Machine:
         raise InputError(
             "a motor drives the exact model: the printed one holds at constant speed alone"
         )
-    functions, module = device.functions, generated.module(NAME)
-    vectors = generated.sidecar(NAME)["vectors"]
+    sidecar = generated.sidecar(NAME)
+    vectors = sidecar["vectors"]
+    (acceleration,) = (e for e in vectors["lifted"] if e["name"] == "speed_rate")
     values = tuple(
-        Value(e["name"], e["unit"], e["meaning"], e["shown"], e["source"])
-        for e in vectors["machine"]
-    )
-    values += tuple(
-        Value(e["name"], e["unit"], e["meaning"], PATH, e["source"]) for e in vectors["drive"]
+        Value(e["name"], e["unit"], e["meaning"], path, e["source"])
+        for e, path in (*((e, e["shown"]) for e in vectors["machine"]), (acceleration, PATH))
     )
     size = len(vectors["machine"])
     phi, d, q = ca.SX.sym("phi"), ca.SX.sym("d", len(values)), ca.SX.sym("q", 0)
-    h = ca.SX.sym("h", 0)
-    contacts = [stage.contact.function for stage in device.stages]
-    lane = module.lane(*contacts, build_flank_function(device.machine.cam.flank))
-    prologue = module.prologue(*contacts)
-    values_at_design = [device.design, device.prologue(device.design).h]
-    _, *packed, _, _ = ca.substitute(
-        functions.lane_inputs(phi), [functions.x, functions.h], values_at_design
-    )
-    machine_values, rate = d[:size], d[size:]
-    side = lane(phi, *packed, machine_values, rate, prologue(*packed, machine_values, rate))
+    h, lifted = ca.SX.sym("h", 0), ca.SX(len(vectors["lifted"]), 1)
+    lifted[vectors["lifted"].index(acceleration)] = d[size]
+    at_design = device.prologue(device.design).h
+    side = build_side_function(device)(phi, device.design, d[:size], at_design, lifted)
     first, second = (ca.SX.sym(name, side.numel()) for name in ("one", "two"))
-    shared = ("F_E_loss", "T_side", "V_side")
+    energies = ("T_side", "V_side")
+    shared = ("F_E_loss", *energies)
     names = [entry["name"] for entry in vectors["side"]]
     sums = [first[names.index(name)] + second[names.index(name)] for name in shared]
-    frame = module.frame()(first, second, machine_values)
+    frame = generated.module(NAME).frame()(first, second, d[:size])
+    results = {*energies, *(q.name for q in list_quantities(device.sidecar["vectors"]))}
+    quantities = (
+        quantity if quantity.name in results else replace(quantity, role="inner")
+        for quantity in list_quantities(vectors)
+    )
     totals = tuple(
         Quantity(
             f"{name}_sum",
@@ -79,13 +83,13 @@ def build_driven_machine(device: Device) -> Machine:
     return Machine(
         document=device.machine,
         build=build_driven_file,
-        assumptions=tuple(generated.sidecar(NAME)["assumptions"]),
+        assumptions=ASSUMPTIONS,
         values=values,
         data=data,
         moved=(),
         lower=np.empty(0),
         upper=np.empty(0),
-        quantities=(*list_quantities(vectors), *totals),
+        quantities=(*quantities, *totals),
         prologue=ca.Function("prologue", [d], [ca.SX.zeros(0, 1)], ["d"], ["h"]),
         lane=ca.Function("lane", [phi, d, h, q], [side], ["phi", "d", "h", "q"], ["y"]),
         speed=[value.path for value in values].index(SPEED),

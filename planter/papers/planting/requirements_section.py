@@ -191,7 +191,9 @@ class Limited(FileSection):
         if low is None and high is None:
             if margin is not None:
                 yield invalid_value_problem(
-                    kind.key("margin"), margin, f"it requires a limit such as {_first_key(kind)}"
+                    kind.key("margin"),
+                    margin,
+                    f"it requires a limit such as {kind.key(kind.sides[0])}",
                 )
             return
         for need in kind.needs:
@@ -230,10 +232,6 @@ class Limited(FileSection):
         return tuple(
             k for k in KINDS if any(self.limit(k.name, side) is not None for side in k.sides)
         )
-
-
-def _first_key(kind: RequirementKind) -> str:
-    return kind.key(kind.sides[0])
 
 
 def _fields() -> dict[str, Any]:

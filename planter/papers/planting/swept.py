@@ -63,7 +63,7 @@ class PlantingSweepAdapter(MachineAdapter):
         """Return assumed ones of masses, centroids, phases, centre distances, curves and friction;
         speeds measured.
         """
-        return _assume_tolerances(machine)
+        return dict(_list_tolerances(Device(machine)))
 
     def subject(
         self,
@@ -144,11 +144,6 @@ def _build_device(machine: PlantingMachine, choices: Mapping[str, str], inputs: 
         type(machine).read(table, machine.source),
         "printed" if choices.get("model") == "printed" else "exact",
     )
-
-
-def _assume_tolerances(machine: PlantingMachine) -> dict[str, ToleranceSpec]:
-    """Tolerances by input, as a file has them."""
-    return dict(_list_tolerances(Device(machine)))
 
 
 def _list_tolerances(device: Device) -> Iterator[tuple[str, ToleranceSpec]]:

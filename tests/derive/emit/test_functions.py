@@ -13,11 +13,10 @@ import pytest
 import sympy as sp
 from sympy import Expr, cos, sin
 
-from derive import quantity as quantities
 from derive.emit.folder import built_in, render_texts
 from derive.emit.text import list_functions
 from derive.model import Call, ClosedForm, Event, Lane, Let, RuntimeFunction, Shared, Step, System
-from derive.quantity import OpenVector, Quantity, Vector, reserve
+from derive.quantity import OpenVector, Quantity, Vector
 
 
 def quantity(name: str, unit: str = "1") -> Quantity:
@@ -201,13 +200,3 @@ def test_names_breaking_a_module_are_refused(name: str) -> None:
             make(f"{name}_")
     with pytest.raises(ValueError, match=sentence):
         ClosedForm(name, (), (), Vector("none", ()))
-
-
-def test_reserved_name_of_late_target_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(quantities, "_RESERVED", dict(quantities._RESERVED))
-    early = quantity("early")
-    system = System("test", "Test", "test", (), lane(let(early, phi), let(load, early**2)))
-    render_texts([system], (), ())
-    reserve("late", ["early"])
-    with pytest.raises(ValueError, match=r"test\.lane: early: generated late code needs that name"):
-        render_texts([system], (), ())

@@ -176,25 +176,6 @@ def test_the_triangle_of_the_carrier_closes() -> None:
     assert pickup.axis_direction_printed(inputs(**values)) == pytest.approx(2 * beta1, rel=1e-12)
 
 
-def test_spur_contact_ratio_equals_textbook() -> None:
-    """20 teeth each, module 2, 20 deg, no helix: 1.557 (path of contact over base pitch)."""
-    inputs = {
-        "L1_mm": 90,
-        "gamma_deg": 150,
-        "centre_distance_mm": 40,
-        "normal_module_mm": 2,
-        "teeth_1": 20,
-        "teeth_2": 20,
-        "face_width_mm": 10,
-        "normal_pressure_angle_deg": 20,
-        "addendum_coefficient": 1,
-    }
-    base, tip = 20 * np.cos(np.radians(20)), 22.0
-    length = 2 * (np.sqrt(tip**2 - base**2) - 20 * np.sin(np.radians(20)))
-    expected = length / (2 * np.pi * np.cos(np.radians(20)))
-    assert pickup.helical_contact_ratio(Inputs(inputs, {}, {})) == pytest.approx(expected, rel=1e-9)
-
-
 def test_printed_centre_and_foci_are_compared_with_the_path() -> None:
     """The ellipse of the corner is centred in (-1, sqrt 3)/(2 sqrt 3), its major axis falls by 60 deg."""
     centre = np.array([-1, math.sqrt(3)]) / (2 * math.sqrt(3))

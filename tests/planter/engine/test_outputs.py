@@ -20,8 +20,6 @@ from planter.errors import ComputationError, InputError, PlanterError
 from planter.kernels import Array, backends
 from planter.mechanism.machines import build_machine
 from planter.mechanism.model import Model
-from planter.rows.points import SobolSequence, Spread
-from planter.rows.tolerance_analysis import compute_bands, first_order_std
 from tests.support import own
 
 INPUTS = ("values.r_mm", "values.m_r_kg", "values.omega_rpm")
@@ -56,22 +54,6 @@ def test_slopes_of_outputs_agree_with_differences() -> None:
     assert np.abs(slopes[:, [1, 0, 2]] - differences).max() > 0.1, (
         "slopes in exchanged inputs are recognised"
     )
-
-
-def test_first_order_bands_are_those_of_drawn_machines() -> None:
-    outputs = SampledOutputs(slider_crank(), INPUTS, NAMES[3:], ANGLES)
-    centre = outputs.machine.design / outputs.machine.scale
-    spreads = [Spread("normal", value * 0.9995, value * 1.0005) for value in centre]
-    samples = SobolSequence(len(centre), 1)(0, 256)
-    points = np.column_stack(
-        [spread.from_unit(shares) for spread, shares in zip(spreads, samples.T, strict=True)]
-    )
-    values, slopes = outputs.slopes(centre)
-    rows = outputs.evaluated(points, 1)
-    np.testing.assert_allclose(rows.std(axis=0), (points @ slopes.T).std(axis=0), rtol=1e-3)
-    for band in compute_bands(NAMES[3:], rows, values, slopes, spreads).values():
-        assert band.first_order_std == pytest.approx(band.std, rel=0.02)
-    assert first_order_std(1.2 * slopes, spreads)[0] > 1.15 * first_order_std(slopes, spreads)[0]
 
 
 def test_a_row_without_a_cycle_has_the_reason_of_the_model() -> None:

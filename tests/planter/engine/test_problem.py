@@ -9,14 +9,12 @@ from planter.engine.goal import Goal, evaluate_measure, resolve_limit, resolve_m
 from planter.engine.machine import Machine, load_machine
 from planter.engine.measures import Measure, parse_limit, parse_sum
 from planter.engine.problem import DesignProblem, build_problem
-from planter.engine.search import InterruptedSearch, SearchSpec, minimise
+from planter.engine.search import SearchSpec, minimise
 from planter.engine.solvers.curve_sum import Sampling
 from planter.engine.solvers.local_search import sample_starts, search_locally
 from planter.errors import InputError
 from planter.mechanism.optimisation import optimise_machine
-from planter.progress import Progress
 from planter.task import Means
-from tests.planter.engine.solvers.test_smooth import SHORT
 from tests.support import own
 from tests.support.cli import answer
 
@@ -108,41 +106,6 @@ def test_values_without_effect_stay_where_they_are(arm: Machine) -> None:
     assert result.effective_parameters == 5
     for name in ("p_mm", "n_mm"):
         assert result.design[name] == result.start_design[name]
-
-
-def test_number_of_workers_changes_no_bit(arm: Machine) -> None:
-    spec = SearchSpec("refined", "hybrid", 3, genetic=SHORT)
-    alone, shared = (
-        optimise_machine(arm, "range F_Ox", [], spec, means=Means(count)) for count in (1, 2)
-    )
-    assert alone.x.tobytes() == shared.x.tobytes()
-    assert (alone.result.certificate, alone.result.evaluations) == (
-        shared.result.certificate,
-        shared.result.evaluations,
-    )
-
-
-def test_interrupted_search_hands_over_the_best_so_far(arm: Machine) -> None:
-    steps: list[Progress] = []
-    objectives: list[float] = []
-
-    def stop(step: Progress) -> None:
-        steps.append(step)
-        if len(steps) == 2:
-            raise KeyboardInterrupt
-
-    problem = build(arm, "range F_Ox", sampling=24)
-    with pytest.raises(InterruptedSearch) as caught:
-        minimise(
-            problem,
-            SearchSpec(24, starts=4),
-            stop,
-            keep=lambda design: objectives.append(design.objective),
-        )
-    best = caught.value.best
-    assert best is not None
-    assert objectives == sorted(objectives, reverse=True)
-    assert best.result.objective <= objectives[-1] * (1 + 1e-12) < problem.reference.objective
 
 
 def test_front_trades_range_against_variance(arm: Machine) -> None:

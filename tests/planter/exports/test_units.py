@@ -17,7 +17,6 @@ from typing import Any
 import jsonschema
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
 
 from planter.engine.machine import load_machine
 from planter.exports import fmu
@@ -29,7 +28,7 @@ from planter.mechanism.input_history import read_history
 from tests.planter.exports.exported import machine_file
 from tests.planter.mechanism.state_space.test_model import find_path, model
 from tests.support import own
-from tests.support.cli import answer, refusal
+from tests.support.cli import answer
 from tests.support.lanes import STRICT, needs_compiler, path_of
 from tests.support.schemas import load_schema
 from tests.support.units import quick_libraries
@@ -131,25 +130,6 @@ def test_only_interface_is_exported() -> None:
 
 
 # --- driven machines ---
-
-
-@needs_compiler
-@both_versions
-def test_driven_unit_has_the_numbers_of_the_model(version: str) -> None:
-    changed = {"machine.m_r": 1.1, "design.r": 0.06, "speed": 20.0, "phi_start": 0.4}
-    names = ["s", "F_Ox", "M_in", "N_guide"]
-    result = fmpy.simulate_fmu(
-        str(unit(SLIDER, version)),
-        output=["phi", *names],
-        start_values=changed,
-        stop_time=0.5,
-        output_interval=0.0125,
-    )
-    np.testing.assert_allclose(result["phi"], 0.4 + 20.0 * result["time"], rtol=1e-12)
-    changes = {"m_r_kg": 1.1, "r_mm": 60.0, "omega_rpm": 600 / np.pi}
-    expected = expect_slider(names, result["phi"], **changes)
-    for name, values in zip(names, expected, strict=True):
-        assert np.abs(result[name] - values).max() <= 1e-10 * np.abs(values).max()
 
 
 @needs_compiler
@@ -348,29 +328,6 @@ def expect_pushed_cart(folder: Path, times: Array) -> Array:
 
 @needs_compiler
 @both_versions
-def test_input_of_a_table_moves_the_states_of_a_unit(version: str, tmp_path: Path) -> None:
-    """SciPy integrates the rates and sets time, state and input at each of its stages."""
-    instance = Instance("cart", version, "ModelExchange")
-    instance.raw.enterContinuousTimeMode()
-    rates = [f"der({state.name})" for state in model("cart").states]
-
-    def move(time: float, state: Array) -> list[float]:
-        instance.raw.setTime(time)
-        instance.set(F=float(np.interp(time, *PUSH.T)))
-        instance.raw.setContinuousStates((ctypes.c_double * 4)(*state), 4)
-        return instance.get(*rates)
-
-    state, places = np.zeros(4), [0.0]
-    for span in zip(PUSH[:-1, 0], PUSH[1:, 0], strict=True):
-        state = solve_ivp(move, span, state, method="DOP853", rtol=1e-10, atol=1e-10).y[:, -1]
-        places.append(state[0])
-    expected = expect_pushed_cart(tmp_path, PUSH[:, 0])
-    np.testing.assert_allclose(places, expected, atol=1e-8)
-    assert expected[-1] > 0.05
-
-
-@needs_compiler
-@both_versions
 def test_input_is_held_over_a_step_of_cosimulation(version: str, tmp_path: Path) -> None:
     """An error of first order falls by half with half the step."""
     errors = []
@@ -432,15 +389,6 @@ def test_invalid_request_is_refused(name: str, tuned: str, computed: str, versio
         instance.references["nothing"] = 10_000
         with pytest.raises(Refused):
             instance.get("nothing")
-
-
-def test_options_without_effect_are_refused(tmp_path: Path) -> None:
-    out = "--out", str(tmp_path / "unit.fmu")
-    assert "--speed-rpm" in refusal(
-        "export", "fmu", str(find_path("cart")), "--speed-rpm", "3", *out
-    )
-    assert "--stabilise" in refusal("export", "fmu", "wang2017", "--stabilise", "10", *out)
-    assert ".fmu" in refusal("export", "fmu", "wang2017", "--out", str(tmp_path / "unit.zip"))
 
 
 @pytest.mark.long

@@ -22,48 +22,6 @@ def test_an_example_is_short(path: object) -> None:
     assert len(path.read_text(encoding="utf-8").splitlines()) <= MOST_LINES  # type: ignore[attr-defined]
 
 
-@pytest.mark.parametrize(
-    "name", ["transplanting_arm", "cam_follower", "slider_crank", "planetary_train"]
-)
-def test_a_turn_keeps_the_laws(name: str) -> None:
-    laws = compute_cycle(Model(own.machine(name)), 90).result.laws
-    assert {"W", "N", "N m"} <= {law.unit for law in laws} <= {"W", "N", "N m", "1", "m/s"}
-    assert max(law.violation for law in laws) < 1e-9
-
-
-def energy_of_the_arm(values: dict[str, np.ndarray], phi: np.ndarray) -> np.ndarray:
-    """Of motion, weight and spring, from places that central differences make into speeds."""
-    v = own.file("transplanting_arm").values
-    beta, gamma, omega = values["beta"], values["gamma"], v["omega_rpm"] * np.pi / 30
-    a, c, d, x, y = (v[f"{n}_mm"] / 1000 for n in ("a", "c", "d", "x_k", "y_k"))
-    coupler_x, across = v["s_b_mm"] / 1000, v["t_b_mm"] / 1000
-    turned = np.exp(1j * beta)
-    places = [
-        a / 2 * np.exp(1j * phi),
-        a * np.exp(1j * phi) + (coupler_x + 1j * across) * turned,
-        d + c / 2 * np.exp(1j * gamma),
-    ]
-    end = d + c * np.exp(1j * gamma)
-    total = v["k_N_m"] * (np.abs(end - x - 1j * y) - v["l_0_mm"] / 1000) ** 2 / 2
-    for place, angle, mass, inertia in zip(
-        places, (phi, beta, gamma), ("m_a", "m_b", "m_c"), ("J_a", "J_b", "J_c"), strict=True
-    ):
-        speed, rate = (
-            np.gradient(place, phi, edge_order=2) * omega,
-            np.gradient(angle, phi, edge_order=2) * omega,
-        )
-        total = total + v[f"{mass}_kg"] * (np.abs(speed) ** 2 / 2 + G * place.imag)
-        total = total + v[f"{inertia}_kg_m2"] * rate**2 / 2
-    return total
-
-
-def test_arm_motor_power_equals_energy() -> None:
-    phi = np.linspace(0.3, 0.5, 2001)
-    values = Model(own.machine("transplanting_arm"))(phi)
-    slope = np.gradient(energy_of_the_arm(values, phi), phi, edge_order=2)[10:-10]
-    assert values["M_in"][10:-10] == pytest.approx(slope, abs=2e-5)
-
-
 def test_without_friction_the_cam_carries_mass_weight_and_spring() -> None:
     own_model = Model(own.machine("cam_follower", mu=0.0))
     phi = np.radians(np.arange(0.0, 360.0, 5.0))

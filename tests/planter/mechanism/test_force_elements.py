@@ -108,14 +108,6 @@ def test_friction_decelerates_sliding_block() -> None:
     assert motion.states[2][-1] == pytest.approx(1.0 - 0.3 * 9.81 * 0.1, abs=1e-5)
 
 
-def test_contact_never_pulls() -> None:
-    motion = run(DROP, np.linspace(0, 1.2, 241))
-    force, height = motion.results["N_floor"], motion.states[1]
-    assert force.min() == 0.0
-    assert force[height > 0].max() == 0.0
-    assert force.max() > 100.0
-
-
 @pytest.mark.parametrize("wrong", ["friction=q.mu, creep=q.w", "friction=q.w, creep=q.v_c"])
 def test_force_in_other_units_is_refused_by_name(
     wrong: str, capsys: pytest.CaptureFixture[str]

@@ -5,7 +5,6 @@ refused.
 import numpy as np
 import pytest
 
-from derive import Mechanism, X, quantities
 from derive.mechanics.statement import MechanismError
 from tests.support import own
 
@@ -77,10 +76,3 @@ def test_spatial_joints_conserve_momentum_and_do_no_work() -> None:
 def test_joint_with_missing_reaction_is_refused() -> None:
     with pytest.raises(MechanismError, match=r"no joint carries two: moment along z"):
         exec(SPACE.replace("UNIVERSAL", 'ball("two", two, one, joint)'), {})
-
-
-def test_a_joint_of_space_in_the_plane_is_refused() -> None:
-    m = Mechanism("flat", quantities("m | kg | mass | 1"))
-    body = m.body("bar", m.frame("bar", m.coordinate("a", "rad", "turn")))
-    with pytest.raises(MechanismError, match="C: a joint of space"):
-        m.cylinder("C", body, m.ground, m.O, X)

@@ -18,19 +18,26 @@ from planter.mechanism.model import Model
 from tests.support import own
 
 MACHINES = [
+    "cam_follower",
     "crank_rocker",
     "eccentric_train",
     "geneva_wheel",
+    "geared_five_bar",
     "hay_baler",
     "hooke_joint",
     "lift_arm",
+    "planetary_train",
+    "radial_pump",
     "rssr",
     "scotch_yoke",
+    "slider_crank",
     "stephenson_six_bar",
     "swash_plate",
     "toggle_press",
+    "transplanting_arm",
     "watt_six_bar",
 ]
+GEARED = ["internal_gears", "planetary_gear", "rack_press"]
 TURN = np.linspace(0.05, 6.2, 83)
 STEP = 1e-3
 PHI, OMEGA = Quantity("phi", "rad", "crank", "test"), Quantity("omega", "rad/s", "speed", "test")
@@ -65,11 +72,13 @@ def intersect_circles(first: Array, second: Array, radii: tuple[float, float], s
     return result
 
 
-@pytest.mark.parametrize("name", MACHINES)
+@pytest.mark.parametrize("name", [*MACHINES, *GEARED])
 def test_cycle_satisfies_laws(name: str) -> None:
     laws = compute_cycle(Model(own.machine(name)), 90).result.laws
-    assert {"W", "N", "N m"} <= {law.unit for law in laws}
-    assert max(law.violation for law in laws) < 1e-10
+    assert {"W", "N", "N m"} <= {law.unit for law in laws} <= {"W", "N", "N m", "1", "m/s"}
+    assert max(law.violation for law in laws) < (1e-12 if name in GEARED else 1e-10)
+    rolling = sum("sliding of the pitch curves" in law.law for law in laws)
+    assert rolling >= 2 or name not in GEARED
 
 
 def test_scotch_yoke_is_harmonic() -> None:
@@ -149,14 +158,6 @@ def test_hooke_joint_follows_closed_form(bend: float) -> None:
     assert extremes == pytest.approx([1 / np.cos(beta), np.cos(beta)], rel=1e-12)
 
 
-def test_hooke_joint_agrees_with_print() -> None:
-    """A worked example of a double universal joint (its first joint, 500 r/min, 20 degrees): 532.1
-    and 469.85 r/min.
-    """
-    values = evaluate("hooke_joint", np.array([0.0, np.pi / 2]), beta_deg=20.0, omega_rpm=500.0)
-    assert values["psi_dot"] * 30 / np.pi == pytest.approx([532.1, 469.85], abs=0.05)
-
-
 def test_geneva_wheel_agrees_with_print() -> None:
     """I.
 
@@ -206,20 +207,6 @@ def test_rssr_agrees_with_bracketed_root() -> None:
     assert values["M_in"] == pytest.approx(slope * (6 + 0.006 * bend * speed**2), abs=1e-6)
 
 
-def test_watt_six_bar_agrees_with_print() -> None:
-    """R.
-
-    L. Norton, Design of machinery, example 4-1, the open circuit: 20.30 and 57.33 degrees at a
-    crank at 40.
-
-    The print computes with rounded numbers; unrounded, the second angle is 57.325 degrees.
-    """
-    values = evaluate("watt_six_bar", np.array([np.radians(40)]))
-    assert np.degrees([values["beta"][0], values["gamma"][0]]) == pytest.approx(
-        [20.30, 57.33], abs=0.006
-    )
-
-
 def test_watt_six_bar_balances_virtual_work() -> None:
     angles = angles_around(TURN)
     crank = 0.04 * np.exp(1j * angles)
@@ -247,19 +234,6 @@ def test_stephenson_six_bar_balances_virtual_work() -> None:
     assert values["M_in"] == pytest.approx(
         4 * differentiate(out)[0] + 0.5 * 9.81 * differentiate(point.imag)[0], abs=1e-8
     )
-
-
-def test_hay_baler_agrees_with_print() -> None:
-    """R.
-
-    L. Norton, Design of machinery, example 4-2, the open circuit: 152.91 degrees and 126.84 mm at a
-    crank at 60.
-
-    The print measures the rod's angle at the slider: the rod here points the other way.
-    """
-    values = evaluate("hay_baler", np.array([np.radians(60)]), r_mm=40.0, l_mm=120.0, e_mm=-20.0)
-    assert 180 + np.degrees(values["beta"][0]) == pytest.approx(152.91, abs=0.005)
-    assert values["s"][0] == pytest.approx(0.12684, abs=5e-6)
 
 
 def test_hay_baler_balances_virtual_work() -> None:

@@ -10,9 +10,7 @@ import numpy as np
 import pytest
 
 from derive.__main__ import main as derive
-from planter import simulate
 from planter.engine.goal import resolve_measure
-from planter.engine.machine import load_machine
 from planter.engine.measures import parse_sum
 from planter.engine.problem import build_problem
 from planter.engine.search import SearchSpec
@@ -23,12 +21,10 @@ from planter.mechanism.file import load
 from planter.mechanism.machines import build_machine
 from planter.mechanism.model import Model
 from planter.mechanism.optimisation import optimise_machine
-from planter.papers.planting.file import PlantingMachine
-from planter.papers.planting.model import Device
 from planter.task import Means
 from tests.planter.engine.solvers.test_smooth import SHORT
 from tests.support import own
-from tests.support.cli import answer, refusal
+from tests.support.cli import answer
 from tests.support.schemas import load_schema
 
 STATEMENT = '''
@@ -150,40 +146,6 @@ def test_optimum_equals_closed_form(file: Path) -> None:
     assert optimum.holds[0].value >= 170 - 1e-4
 
 
-def compute_stroke(design: dict[str, float]) -> float:
-    crank, rod, offset = design["r_mm"], design["l_mm"], design["e_mm"]
-    return math.sqrt((rod + crank) ** 2 - offset**2) - math.sqrt((rod - crank) ** 2 - offset**2)
-
-
-@pytest.mark.parametrize("limit", ["range s >= {}", "max s >= {}", "min s <= {}"])
-def test_lower_limit_is_active_with_correct_price(file: Path, limit: str) -> None:
-    """Limits that one angle satisfies; the price is how much the optimum rises with the limit."""
-    number, step = {
-        "range s >= {}": (90.0, 0.2),
-        "max s >= {}": (245.0, 0.2),
-        "min s <= {}": (75.0, -0.2),
-    }[limit]
-    first, second = (
-        optimise_machine(
-            build_machine(load(file)),
-            "rms M_in",
-            [limit.format(level)],
-            spec=SearchSpec(starts=2),
-            means=Means(1),
-        ).result
-        for level in (number, number + step)
-    )
-    assert first.certificate.kkt_residual < 1e-6
-    assert first.holds[0].value == pytest.approx(number, abs=1e-3)
-    if limit.startswith("range"):
-        assert compute_stroke(first.design) == pytest.approx(number, abs=1e-3)
-    (price,) = first.certificate.active_constraints
-    rise = (second.objective - first.objective) / abs(step)
-    assert price.multiplier == pytest.approx(rise, rel=5e-2)
-    assert first.holds[0].price == price.multiplier
-    assert rise > 0
-
-
 def test_limited_optimum_equals_dense_grid(file: Path) -> None:
     machine = load(file)
     optimum = optimise_machine(
@@ -253,17 +215,6 @@ def test_command_writes_reusable_optimum(file: Path, tmp_path: Path) -> None:
     turned = answer("turn", str(out / "optimum.toml"))["quantities"]["F_Ox_N"]
     assert turned["max"] - turned["min"] == pytest.approx(result["objective"], rel=1e-3)
     assert "# was 40.0 mm" in (out / "optimum.toml").read_text(encoding="utf-8")
-
-
-@pytest.mark.parametrize(
-    ("options", "reason"),
-    [
-        (["--teeth", "31,31"], "--teeth does not apply to press: it has no gear stages"),
-        (["--front", "--hold", "s at 0 >= 170"], "--front does not apply to press under limits"),
-    ],
-)
-def test_irrelevant_options_are_refused(file: Path, options: list[str], reason: str) -> None:
-    assert reason in refusal("optimise", str(file), "--least", "range s", *options)
 
 
 def with_goal(file: Path, folder: Path, goal: str, name: str = "own.toml") -> Path:
@@ -352,26 +303,3 @@ def test_goals_of_files_are_refused_by_their_place(
     with pytest.raises(InputError) as caught:
         load(with_goal(file, tmp_path, goal))
     assert part in caught.value.message
-
-
-def test_value_without_effect_stays_as_it_was() -> None:
-    """Where the tip of the arm goes does not depend on its spring."""
-    machine, spec = own.machine("transplanting_arm"), SearchSpec(sampling=24, starts=3, seed=1)
-    result = optimise_machine(machine, "-mean x_tip", spec=spec).result
-    assert result.design["k_N_m"] == pytest.approx(result.start_design["k_N_m"], rel=1e-9)
-    assert [{"k_N_m": 1.0}] in result.insensitive
-
-
-def test_device_has_an_optimum_of_any_sum() -> None:
-    machine = load_machine("wang2017").with_moved(
-        {"design.alpha3_deg": (25.0, 26.0), "design.m31": (1.5, 1.6)}
-    )
-    optimum = optimise_machine(
-        machine, "range F_support", spec=SearchSpec(12, starts=1), means=Means(1)
-    )
-    document = optimum.machine.document
-    assert isinstance(document, PlantingMachine)
-    turned = simulate(Device(document), 12).result
-    assert optimum.result.objective == pytest.approx(turned.support_force.range_N, rel=1e-9)
-    assert optimum.result.objective < optimum.result.start_objective
-    assert turned.design["m31"] == optimum.result.design["m31"]

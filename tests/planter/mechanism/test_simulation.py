@@ -7,9 +7,7 @@ from __future__ import annotations
 import math
 
 import pytest
-from typer.testing import CliRunner
 
-from planter.cli.app import build_application
 from planter.errors import InputError
 from planter.mechanism.cycle import simulate_machine
 from tests.support import own
@@ -38,11 +36,3 @@ def test_results_at_angles_are_those_of_geometry() -> None:
 def test_simulate_refuses_numbers_out_of_range(samples: int, angle: float) -> None:
     with pytest.raises(InputError, match=r"--(samples|at) = "):
         simulate_machine(own.machine("slider_crank"), samples, [angle])
-
-
-@pytest.mark.parametrize("options", [("--model", "printed"), ("--lift",)])
-def test_options_of_the_planting_device_are_refused(options: tuple[str, ...]) -> None:
-    path = str(own.generated("slider_crank") / "slider_crank.toml")
-    result = CliRunner().invoke(build_application(), ["simulate", path, *options])
-    assert result.exit_code == 2
-    assert " does not apply" in result.stderr

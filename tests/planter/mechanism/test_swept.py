@@ -20,16 +20,6 @@ def plan(**more: object) -> Plan:
     return Plan.read(table | more, "plan.toml")
 
 
-def test_measure_text_is_an_output_with_unit() -> None:
-    sweep = Sweep(plan(outputs=["jump F_Ox", "M_in_rms_Nm", "rms M_in"], inputs={"mu": [0.0, 0.1]}))
-    assert sweep.outputs == ["jump F_Ox [N]", "M_in_rms_Nm", "rms M_in [N m]"]
-    none, some = sweep.recipe.job().chunk(0, 2, 1)
-    assert none[0] < 1e-12 < 1 < some[0]
-    assert some[1] == some[2]
-    with pytest.raises(InputError, match="'jumpp' at character 1"):
-        Sweep(plan(outputs=["jumpp F_Ox"]))
-
-
 def test_row_with_open_loop_is_empty() -> None:
     sweep = Sweep(plan(inputs={"r_mm": [60, 5000]}))
     rows = sweep.recipe.job().chunk(0, 2, 1)

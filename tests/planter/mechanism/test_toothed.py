@@ -10,7 +10,6 @@ from planter.errors import InputError
 from planter.mechanism.model import Model
 from planter.mechanism.toothed import MechanismMesh
 from tests.support import own
-from tests.support.cli import refusal
 
 ROUND = """
 from derive import Formulas, quantities
@@ -56,8 +55,3 @@ def test_round_gears_have_the_ratio_of_their_turning() -> None:
 def test_non_rolling_radii_are_refused() -> None:
     with pytest.raises(InputError, match="closes at 60 mm between the axes, but they are 59"):
         mesh(ROUND.format(radius=1.05), name="own").pair()
-
-
-def test_mechanism_without_gears_is_refused() -> None:
-    place = own.generated("slider_crank") / "slider_crank.toml"
-    assert "no meshing gears" in refusal("gears", str(place), "--module", "1")

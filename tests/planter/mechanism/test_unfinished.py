@@ -13,12 +13,11 @@ from typing import Any
 import pytest
 
 from planter.engine.machine import load_machine
-from planter.engine.search import FailedSearchError, InterruptedSearch, SearchSpec, minimise
+from planter.engine.search import FailedSearchError, SearchSpec
 from planter.engine.solvers.local_search import find_minima
 from planter.errors import ComputationError
 from planter.mechanism import optimisation
-from planter.mechanism.optimisation import StatedGoal, optimise_machine
-from planter.progress import Progress
+from planter.mechanism.optimisation import optimise_machine
 from planter.report import process
 from planter.report.console import Console
 from tests.support import own
@@ -153,25 +152,6 @@ def test_interrupted_front_keeps_the_optimum(
     assert read(out)["objective"] == json.loads(standard)["partial"]["objective"]
 
 
-def test_search_hands_over_the_closest_design() -> None:
-    machine = own.machine("slider_crank")
-    problem = StatedGoal.read(machine, "range F_Ox", [IMPOSSIBLE]).build_problem("refined")
-    violations: list[float] = []
-    with pytest.raises(InterruptedSearch) as caught:
-        minimise(
-            problem,
-            SearchSpec(starts=3),
-            stop_after(2),
-            keep=lambda candidate: violations.append(candidate.violation),
-        )
-    candidate = caught.value.candidate
-    assert caught.value.best is None
-    assert candidate is not None
-    assert not candidate.is_feasible
-    assert candidate.violated == IMPOSSIBLE
-    assert violations
-
-
 def test_failed_workers_leave_the_best_design(monkeypatch: pytest.MonkeyPatch) -> None:
     def fail(*arguments: Any) -> Any:
         minima = find_minima(*arguments)
@@ -202,9 +182,3 @@ def test_swallowed_interrupt_keeps_what_was_found(
     assert stop.value.code == 130
     assert json.loads(capsys.readouterr().out)["partial"] == error.partial
     assert ComputationError("another").partial is None
-
-
-def test_progress_is_passed_on() -> None:
-    steps: list[Progress] = []
-    optimise_machine(own.machine("slider_crank"), "range s", (), SearchSpec(starts=2), steps.append)
-    assert steps[-1].done == steps[-1].total == 2

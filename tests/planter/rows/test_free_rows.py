@@ -72,27 +72,6 @@ def test_a_motion_that_fails_is_a_row_without_outputs() -> None:
     assert np.isnan(values).ravel().tolist() == [False, True]
 
 
-@pytest.mark.usefixtures("blank_figures")
-def test_tolerance_bands_are_those_of_linear_theory(tmp_path: Path) -> None:
-    path, source = tmp_path / "tolerances.toml", own.generated(OSCILLATOR) / "own.toml"
-    path.write_text(
-        "[tolerances]\nk_N_m = { percent = 0.3 }\nx_0_m = { percent = 0.3 }\n", encoding="utf-8"
-    )
-    words = "--samples 400 --indices 0 --halved 0 --no-robust --workers 1"
-    result = answer(f"tolerance {source} {words} --tolerances {path} --output '{SOURCE}'")
-    (band,), spreads = result["outputs"].values(), [entry["std"] for entry in result["inputs"]]
-    at, step = np.array([1.0]), 1e-5
-
-    def place(k: float, x_0: float) -> float:
-        return float(1e3 * oscillate(0.5, k, 0.8, x_0, at)[0])
-
-    by_k = (place(40 * (1 + step), 0.1) - place(40 * (1 - step), 0.1)) / (80 * step)
-    linear = np.hypot(by_k * spreads[0], place(40, 0.1) / 0.1 * spreads[1])
-    assert band["nominal"] == pytest.approx(place(40, 0.1), rel=1e-8)
-    assert band["first_order_std"] == pytest.approx(linear, rel=1e-6)
-    assert band["std"] == pytest.approx(linear, rel=4 / np.sqrt(2 * 400))
-
-
 def test_default_outputs_are_objective_and_limits(tmp_path: Path) -> None:
     text = (
         '[objective]\nleast = "rms x over 0..3 s"\n[requirements]\nhold = ["x at 0.5 s >= 2 mm"]\n'

@@ -30,7 +30,7 @@ STEEP = 30.0
 
 
 @style.with_style
-def draw_convergence(history: Mapping[str, Sequence[tuple[int, float]]], unit: str = "") -> Figure:
+def draw_convergence(history: Mapping[str, Sequence[tuple[int, float]]]) -> Figure:
     """Draw the best objective so far against the number of evaluations, as a step curve for each
     search.
 
@@ -57,7 +57,7 @@ def draw_convergence(history: Mapping[str, Sequence[tuple[int, float]]], unit: s
     if history:
         _scales(axes, history)
     axes.set_xlabel("evaluations of the objective")
-    axes.set_ylabel("best objective" + (f" / {unit}" if unit else ""))
+    axes.set_ylabel("best objective")
     style.label_ends(axes, list(ends.values()), gap=0.17)
     return figure
 

@@ -33,58 +33,6 @@ def pose(theta: float) -> np.ndarray:
 CORNER = np.deg2rad(np.linspace(66, 90, 1000))
 
 
-def test_vertex_path_against_constrained_poses() -> None:
-    side = 1 / np.sqrt(3)
-    A1, A2 = (
-        number("coefficient of the sine in the path of C"),
-        number("coefficient of the cosine in the path of C"),
-    )
-    for theta in CORNER[::20]:
-        vertices = pose(theta)
-        values = {"R": 1.0, "a": side, "theta": theta}
-        assert number("path of C, x", A1=A1, A2=A2, **values) == pytest.approx(
-            vertices[0].real, abs=1e-12
-        )
-        assert number("path of C, y", **values) == pytest.approx(vertices[0].imag, abs=1e-12)
-        assert number("vertex A while A and B slide", **values) == pytest.approx(
-            vertices[2].real, abs=1e-12
-        )
-
-
-def test_ellipse_against_constrained_poses() -> None:
-    centre = complex(
-        number("centre of the ellipse, x", R=1.0), number("centre of the ellipse, y", R=1.0)
-    )
-    s1, s2 = (
-        number("semi-major axis of the ellipse", R=1.0),
-        number("semi-minor axis of the ellipse", R=1.0),
-    )
-    x_F = number("focus of the ellipse, x", R=1.0)
-    focus = complex(x_F, number("line of the foci", x_F=x_F))
-    other = 2 * centre - focus
-    sums = np.array([abs(p - focus) + abs(p - other) for p in (pose(t)[0] for t in CORNER)])
-    assert np.abs(sums - 2 * s1).max() < 1e-12
-    assert abs(focus - centre) ** 2 == pytest.approx(s1**2 - s2**2, abs=1e-14)
-
-
-def test_semi_axes_against_cardan_motion() -> None:
-    """A, B and the corner lie on a circle that rolls in one twice as large: semi-axes are distance
-    +- its radius.
-    """
-    vertices, corner = pose(np.deg2rad(80)), complex(-1 / np.sqrt(12), 0.5)
-    (ax, ay), (bx, by), (cx, cy) = ((p.real, p.imag) for p in (vertices[2], vertices[3], corner))
-    matrix = 2 * np.array([[ax - bx, ay - by], [ax - cx, ay - cy]])
-    centre = np.linalg.solve(matrix, [ax**2 + ay**2 - bx**2 - by**2, ax**2 + ay**2 - cx**2 - cy**2])
-    radius = np.hypot(ax - centre[0], ay - centre[1])
-    reach = abs(vertices[0] - complex(*centre))
-    assert number("semi-major axis of the ellipse", R=1.0) == pytest.approx(
-        reach + radius, abs=1e-13
-    )
-    assert number("semi-minor axis of the ellipse", R=1.0) == pytest.approx(
-        abs(reach - radius), abs=1e-13
-    )
-
-
 def test_curvature_where_the_path_leaves_the_side() -> None:
     step = 1e-4
     before, at, after = (pose(np.pi / 2 + k * step)[0] for k in (-1, 0, 1))

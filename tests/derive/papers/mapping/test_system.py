@@ -66,16 +66,6 @@ def test_closure_is_the_gap_of_the_follower(seed: int) -> None:
     assert float(by_loop) == pytest.approx(float(outputs["closure"]), rel=1e-12)
 
 
-@pytest.mark.parametrize("angle", [q.theta, q.phi])
-def test_derivatives_of_the_closure(angle: Quantity) -> None:
-    at, step = point(4), mp.mpf("1e-5")
-    ahead, behind = (
-        run(FORMS["closed"], {**at, angle: at[angle] + s})["closure"] for s in (step, -step)
-    )
-    slope = run(FORMS["closed"], at)["by_theta" if angle == q.theta else "by_phi"]
-    assert float(slope) == pytest.approx(float((ahead - behind) / (2 * step)), rel=1e-8)
-
-
 def test_transmission_angle_is_between_coupler_and_follower() -> None:
     at = point(5)
     hinge, other, _, pivot = placed(at)
@@ -93,76 +83,6 @@ def test_arm_carries_tip_and_hinge() -> None:
     assert [float(outputs[n]) for n in ("d1", "d2", "X", "Y")] == pytest.approx(
         [float(v) for v in (tip.real, tip.imag, hinge.real, hinge.imag)]
     )
-
-
-def row(x: float, y: float, phi: float) -> np.ndarray:
-    at = {q.d1: mp.mpf(x), q.d2: mp.mpf(y), q.phi: mp.mpf(phi)}
-    image = run(FORMS["image"], at)
-    outputs = run(FORMS["row"], {z: image[z.name] for z in q.MAPPED})
-    return np.array([float(outputs[entry.name]) for entry in q.ENTRIES])
-
-
-def coefficients(p: np.ndarray) -> dict[sp.Symbol, mp.mpf]:
-    return dict(zip(q.COEFFICIENTS, map(mp.mpf, p), strict=True))
-
-
-def null_vector(poses: list[tuple[float, float, float]], zeros: list[int]) -> np.ndarray:
-    """The vector that five poses and vanishing entries leave."""
-    rows = np.vstack([[row(*pose) for pose in poses], np.eye(8)[zeros]])
-    values, vectors = np.linalg.svd(rows)[1:]
-    assert values[-1] < 1e-12 < values[-2]
-    return vectors[-1]
-
-
-ANGLES = [0.1, 0.9, -0.7, 1.6, 2.2]
-
-
-def test_slider_point_stays_on_the_line() -> None:
-    """A point of the body on a line through (0.2, 0.5), by complex numbers; its vector has p1 = p2
-    = p3 = 0.
-    """
-    moving, direction = complex(0.3, -0.4), np.exp(0.6j)
-    tips = [
-        0.2 + 0.5j + s * direction - np.exp(1j * a) * moving
-        for s, a in zip((0, 1, -0.5, 0.3, 2), ANGLES, strict=True)
-    ]
-    p = null_vector([(z.real, z.imag, a) for z, a in zip(tips, ANGLES, strict=True)], [0, 1, 2])
-    outputs = {n: float(v) for n, v in run(FORMS["slider"], coefficients(p)).items()}
-    assert complex(outputs["x"], outputs["y"]) == pytest.approx(moving)
-    normal = complex(outputs["normal_X"], outputs["normal_Y"])
-    assert (normal * np.conj(direction)).real == pytest.approx(0, abs=1e-12)
-    assert outputs["offset"] == pytest.approx((normal * np.conj(0.2 + 0.5j)).real)
-
-
-def test_swinging_line_passes_the_fixed_point() -> None:
-    """A line of the body through the fixed place (0.3, -0.4): its vector has p1 = p4 = p5 = 0."""
-    fixed, direction = complex(0.3, -0.4), np.exp(0.6j)
-    seen = [0.2 + 0.5j + s * direction for s in (0, 1, -0.5, 0.3, 2)]
-    tips = [fixed - np.exp(1j * a) * z for z, a in zip(seen, ANGLES, strict=True)]
-    p = null_vector([(z.real, z.imag, a) for z, a in zip(tips, ANGLES, strict=True)], [0, 3, 4])
-    outputs = {n: float(v) for n, v in run(FORMS["swinging"], coefficients(p)).items()}
-    assert complex(outputs["X_c"], outputs["Y_c"]) == pytest.approx(fixed)
-    normal = complex(outputs["normal_X"], outputs["normal_Y"])
-    assert (normal * np.conj(direction)).real == pytest.approx(0, abs=1e-12)
-    assert outputs["offset"] == pytest.approx((normal * np.conj(0.2 + 0.5j)).real)
-
-
-def test_dyad_is_recovered_from_the_vector() -> None:
-    at = point(7)
-    square = at[q.L1] ** 2 - at[q.X_c] ** 2 - at[q.Y_c] ** 2
-    p = [
-        -1,
-        at[q.x],
-        at[q.y],
-        at[q.X_c],
-        at[q.Y_c],
-        -at[q.X_c] * at[q.y] + at[q.Y_c] * at[q.x],
-        -(at[q.X_c] * at[q.x] + at[q.Y_c] * at[q.y]) / 2,
-        (square - at[q.x] ** 2 - at[q.y] ** 2) / 4,
-    ]
-    outputs = run(FORMS["dyad"], coefficients(3 * np.array([float(v) for v in p])))
-    for name in q.TABLE.select("x y X_c Y_c"):
-        assert float(outputs[name.name]) == pytest.approx(float(at[name]))
 
 
 def train(slope: float) -> dict[sp.Symbol, mp.mpf]:

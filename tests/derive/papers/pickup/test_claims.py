@@ -303,16 +303,6 @@ def test_the_cycle_follows_the_law() -> None:
         assert complex(p[q.x_S], p[q.y_S]) == pytest.approx(tip_of_the_law(t), abs=1e-12)
 
 
-@pytest.mark.parametrize(
-    ("step", "x_mm", "y_mm"),
-    [(0, 196.366071, 164.770697), (7, 90.658928, 60.755243), (20, 124.039802, 107.236806)],
-)
-def test_the_law_gives_the_default_value_points(step: int, x_mm: float, y_mm: float) -> None:
-    assert 1000 * tip_of_the_law(2 * np.pi * step / 25) == pytest.approx(
-        complex(x_mm, y_mm), abs=1e-5
-    )
-
-
 @pytest.mark.parametrize("n", [4, 27])
 def test_knots_and_range_are_those_of_a_spline(n: int) -> None:
     """SciPy's basis functions need that many knots and sum to one only between those two."""

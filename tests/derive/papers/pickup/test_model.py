@@ -80,27 +80,6 @@ def test_law_pitch_curves_and_contact(point: Point) -> None:
 
 
 @pytest.mark.parametrize("point", [IN_CYCLE[0], *AT_RANDOM], indirect=True)
-def test_contact_ratio_by_curvature_equals_by_radius(point: Point) -> None:
-    bends = {f"kappa{i}": float(1 / point[rho]) for i, rho in ((1, q.rho1), (2, q.rho2))}
-    if min(bends.values()) > 0:
-        agrees(
-            TEETH.at("contact_ratio", **bends, teeth=numbers(point, q.m, q.ha1, q.ha2, q.alpha0)),
-            point,
-            q.g1,
-            q.g2,
-        )
-
-
-def test_a_straight_pitch_curve_has_the_path_of_a_rack() -> None:
-    outputs = TEETH.at(
-        "contact_ratio", kappa1=0.0, kappa2=0.0, teeth=np.array([0.002, 1.2, 1.0, 0.35])
-    )
-    assert [outputs["g1"], outputs["g2"]] == pytest.approx(
-        [0.0024 / np.sin(0.35), 0.002 / np.sin(0.35)]
-    )
-
-
-@pytest.mark.parametrize("point", [IN_CYCLE[0], *AT_RANDOM], indirect=True)
 def test_helical_pair_and_triangle(point: Point) -> None:
     arguments = numbers(point, q.L1, q.gamma, q.a2, q.m_n, q.z_1, q.z_2, q.B, q.alpha_n, q.ha_n)
     agrees(

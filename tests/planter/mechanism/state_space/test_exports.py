@@ -26,7 +26,7 @@ from planter.mechanism.state_space.model import DynamicsModel, load_dynamics
 from tests.planter.mechanism.state_space.statements import build_chain, build_tree
 from tests.planter.mechanism.state_space.test_model import SOURCES, draw_states, find_path, model
 from tests.support import own
-from tests.support.cli import answer, refusal
+from tests.support.cli import answer
 from tests.support.lanes import STRICT, needs_compiler, path_of
 
 MISSING, NOT_FINITE = 1, 2
@@ -425,11 +425,3 @@ def test_jax_compiles_thirty_bodies_in_seconds(tmp_path: Path) -> None:
     np.testing.assert_allclose(rates[:, links:], expected, atol=1e-12 * size)
     gradient = chain(links).linearised(0.0, states[0])[0].sum(axis=0)
     np.testing.assert_allclose(slope, gradient, atol=1e-10 * np.abs(gradient).max())
-
-
-def test_options_without_effect_are_refused(tmp_path: Path) -> None:
-    out = "--out", str(tmp_path / "files")
-    assert "--input" in refusal("export", "c", "wang2017", "--input", "F", *out)
-    assert "--speed-rpm" in refusal("export", "c", str(find_path("cart")), "--speed-rpm", "3", *out)
-    for language in ("casadi", "jax", "rust"):
-        assert "angle" in refusal("export", language, "wang2017", *out)

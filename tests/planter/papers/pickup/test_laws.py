@@ -3,7 +3,6 @@ smooth ends."""
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -31,53 +30,11 @@ def train(request: pytest.FixtureRequest) -> PickupTrain:
     return request.param
 
 
-def contacts(
-    train: PickupTrain, t: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Both pitch curves at t in the carrier's frame, x along the centre line: places and
-    tangents.
-    """
-    step, turned = 1e-6, train.law.arm(t) - np.pi
-
-    def law_path(at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        rows = train.pitch(at)
-        return rows["x1"] + 1j * rows["y1"], rows["x2"] + 1j * rows["y2"]
-
-    sun, middle = (
-        curve * np.exp(sign * 1j * angle)
-        for curve, sign, angle in zip(law_path(t), (-1, 1), (t, np.pi + turned), strict=True)
-    )
-    ahead, behind = law_path(t + step), law_path(t - step)
-    d1, d2 = ((a - b) / (2 * step) for a, b in zip(ahead, behind, strict=True))
-    return sun, middle + train.geometry.a1, d1 * np.exp(-1j * t), d2 * np.exp(1j * (np.pi + turned))
-
-
-def inside(train: PickupTrain, count: int = 300) -> np.ndarray:
-    return train.samples(count + 2)[1:-1]
-
-
 def test_arm_gains_a_revolution_per_cycle(train: PickupTrain) -> None:
     t = np.linspace(-3, 3, 50)
     assert train.law.arm(t + 2 * np.pi) - train.law.arm(t) == pytest.approx(2 * np.pi, abs=1e-12)
     assert train.integral(lambda x: train.law.slopes(x)[0]) == pytest.approx(2 * np.pi, abs=1e-9)
     assert train.law.arm(np.zeros(1))[0] == pytest.approx(np.pi, abs=1e-6)
-
-
-def test_pitch_curves_roll_without_slip(train: PickupTrain) -> None:
-    sun, middle, d1, d2 = contacts(train, inside(train))
-    assert np.abs(sun.imag).max() < 1e-15
-    assert np.abs(sun - middle).max() < 1e-15
-    assert np.abs(d1 - d2).max() < 1e-9
-    assert train.arc == pytest.approx(
-        train.integral(lambda t: np.abs(contacts(train, t)[3])), rel=1e-7
-    )
-
-
-def test_another_centre_distance_parts_the_curves() -> None:
-    wrong = replace(TRAINS["yu2023"].geometry, a1=0.0521)
-    train = replace(TRAINS["yu2023"], geometry=wrong)
-    radii = TRAINS["yu2023"].pitch(inside(train))["R2"]
-    assert np.abs(train.pitch(inside(train))["R1"] + radii - wrong.a1).max() > 1e-5
 
 
 def test_in_the_dwell_the_tip_turns_with_the_carrier(train: PickupTrain) -> None:

@@ -17,7 +17,7 @@ from planter.papers.pickup.model import PickupTrain, build_train
 from planter.papers.pickup.requirements import Cell, CellEntry
 from tests.planter.papers.pickup.pickups import steps, tips
 from tests.planter.papers.pickup.test_laws import smooth_file
-from tests.support.responses import check_slopes, values_of
+from tests.support.responses import values_of
 
 ANGLES = np.concatenate([np.radians(np.arange(-30, 400, 5)), steps(37, 0.3)])
 """Carrier angles, both ends of the dwell among them."""
@@ -68,10 +68,6 @@ def test_gears_are_those_of_the_train(source: str) -> None:
     np.testing.assert_allclose(values["epsilon"], train.contact_ratio(angles), rtol=1e-12)
     np.testing.assert_allclose(values["beta"], train.geometry.helix, rtol=1e-14)
     np.testing.assert_allclose(values["R1"] + values["R2"], train.geometry.a1, rtol=1e-14)
-
-
-def test_derivatives_are_those_of_differences(source: str) -> None:
-    check_slopes(train_of(source)[2], steps(24, 0.5))
 
 
 def test_changes_and_other_files(tmp_path: Path) -> None:

@@ -12,7 +12,6 @@ import pytest
 
 from planter.engine.drive import Drive, DrivenMachine, Motor, SpeedHistory, drive_machine
 from planter.errors import InputError
-from planter.papers.planting.lifted import LiftedModel
 from planter.papers.planting.motor_drive import build_driven_machine
 from tests.support import machines
 
@@ -61,15 +60,6 @@ def test_at_constant_speed_it_is_the_exact_model() -> None:
     assert report.values["F_support"] == pytest.approx(
         device.support(device.prologue(device.design), PHI), abs=1e-11
     )
-
-
-def test_varying_speed_equals_relaxed_model() -> None:
-    device, rate = machines.device("wang2017"), 3 * np.sin(PHI)
-    speed = np.full_like(PHI, device.machine.si("operation.speed_rpm"))
-    lifted = LiftedModel(device).turn(PHI, {"speed_rate": rate})
-    state = driven().state(PHI, speed, rate)
-    assert state.load == pytest.approx(lifted.totals["M_L"], abs=1e-11)
-    assert state.values["F_support"] == pytest.approx(lifted.totals["F_support"], abs=1e-11)
 
 
 def test_periodic_cycle_balances_motor_and_friction() -> None:

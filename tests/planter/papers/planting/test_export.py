@@ -10,7 +10,6 @@ import pytest
 
 from planter import simulate
 from planter.exports import c99
-from planter.exports.motion_tables import FORMATS
 from planter.exports.quantities import build_name, list_quantities, to_identifier
 from planter.files import examples, units
 from planter.papers.planting.file import load
@@ -132,17 +131,6 @@ def test_built_in_machines_have_unique_names() -> None:
         for m in MODELS
     ]
     assert len(set(names)) == len(names)
-
-
-@pytest.mark.parametrize("form", FORMATS)
-def test_every_format_is_written(form: str, tmp_path: Path) -> None:
-    result = answer(
-        "export", "motion", "wang2017", "--format", form, "--samples", "8", "--out", str(tmp_path)
-    )
-    assert result["format"] == form
-    assert {Path(file).name for file in result["files"]} == {
-        path.name for path in tmp_path.iterdir() if path.name[0] != "."
-    }
 
 
 @pytest.mark.parametrize(

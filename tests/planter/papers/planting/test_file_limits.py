@@ -53,23 +53,6 @@ def test_limits_stand_beside_requirements(tmp_path: Path) -> None:
     assert len(checks) == 1 + len(validated["requirements"])
 
 
-def test_optimum_satisfies_the_limit_at_its_price(tmp_path: Path) -> None:
-    """The price is the slope of the optimum in the limit, by two searches."""
-
-    def search(limit: float) -> dict:
-        source = write_machine(tmp_path / "m.toml", "wang2017", f"max M_L <= {limit} N m")
-        result: dict = answer("optimise", source, "--samples", "24", "--starts", "1")
-        return result
-
-    step = 0.004
-    low, middle, high = (search(2.84 + k * step) for k in (-1, 0, 1))
-    assert middle["met"]
-    (price,) = middle["certificate"]["active_constraints"]
-    assert price["unit"] == "N m"
-    slope = (low["objective"] - high["objective"]) / (2 * step)
-    assert price["multiplier"] == pytest.approx(slope, rel=0.05)
-
-
 def test_infeasible_limit_names_both_numbers(tmp_path: Path) -> None:
     source = write_machine(tmp_path / "m.toml", "wang2017", "max M_L <= 1.6 N m")
     code, out, err = run("optimise", source, "--samples", "24", "--starts", "1")

@@ -1,18 +1,16 @@
 """A device's kernels in all three ways: the same numbers."""
 
 from functools import cache
-from itertools import product
 
 import numpy as np
 import pytest
 
-from planter.kernels import Array, Kernel, backends, toolchain
+from planter.kernels import Array, Kernel, backends
 from planter.papers.planting.file import load
 from planter.papers.planting.functions import MODELS, Model
 from planter.papers.planting.model import Device
 from tests.support import swapped
 from tests.support.lanes import difference, needs_compiler
-from tests.support.sampled import sampled
 
 pytestmark = [needs_compiler, pytest.mark.usefixtures("kernel_cache")]
 
@@ -67,32 +65,6 @@ def _compare(kernel: Kernel, device: Device, names: tuple[str, ...]) -> None:
 def test_summed_hessian(name: str) -> None:
     planting_device = device(name, "exact")
     _compare(planting_device.force.response.hessian_kernel, planting_device, ("lanes", "casadi-c"))
-
-
-class TestWithoutPasses:
-    """What takes a compiler long is compiled as it stands: text and loop are the same, the vectors
-    are left out.
-    """
-
-    @pytest.fixture(autouse=True)
-    def _swift(self, monkeypatch: pytest.MonkeyPatch) -> None:
-        monkeypatch.setattr(toolchain, "FEW_PASSES", ("-O0",))
-
-    @pytest.mark.parametrize(
-        ("name", "model"),
-        sampled(
-            [("swapped", "exact"), ("compact", "printed")],
-            [("swapped", "exact"), *product(MACHINES, ["printed"])],
-        ),
-    )
-    def test_summed_hessian(self, name: str, model: Model) -> None:
-        planting_device = device(name, model)
-        _compare(planting_device.force.response.hessian_kernel, planting_device, ("lanes",))
-
-    @pytest.mark.parametrize(("name", "model"), [("wang2017", "exact"), ("compact", "printed")])
-    def test_hessian_at_each_angle(self, name: str, model: Model) -> None:
-        planting_device = device(name, model)
-        _compare(planting_device.force.response.hessians_kernel, planting_device, ("lanes",))
 
 
 def test_a_kernel_of_another_model_is_not_equal() -> None:

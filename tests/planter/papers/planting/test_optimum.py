@@ -16,7 +16,6 @@ import pytest
 from planter.files import examples
 from planter.mechanism.presentation import SET_ORIGIN
 from planter.papers.planting import design_presentation, file
-from planter.papers.planting.commands.options import build_device
 from planter.papers.planting.optimisation import OptimisationInterrupted
 from planter.report.presentation import ResultPresentation
 from tests.support.cli import refusal, run
@@ -244,12 +243,3 @@ def test_unwritable_folder_is_reported_before_search(
     occupied = tmp_path / "occupied"
     occupied.write_text("a file")
     refusal("optimise", "wang2017", "--out", str(occupied))
-
-
-def test_the_partial_of_a_stopped_command_is_marked(tmp_path: Path) -> None:
-    device = build_device("wang2017", "exact", None, None)
-    partial = {"objective": 2.0, "design": device.machine.table()["design"]}
-    design_presentation.write_partial(tmp_path, device, partial)
-    assert json.loads((tmp_path / "summary.json").read_text())["finished"] is False
-    design_presentation.write_partial(tmp_path, device, partial, interrupted=True)
-    assert json.loads((tmp_path / "summary.json").read_text())["interrupted"] is True

@@ -155,35 +155,6 @@ def test_pitch_curves_bend_as_their_points_do(device: Device, entries: dict[str,
     assert entries["curvature_radius"].value == pytest.approx(1 / max(greatest), rel=2e-3)
 
 
-def test_circle_contact_ratio_equals_textbook() -> None:
-    """Two gears of 31 teeth, module 2 mm, 20 deg: the path of contact over the base pitch, with tip
-    and base radii.
-    """
-    import casadi as ca
-
-    from planter.kernels import Kernel
-    from planter.papers.planting.angle_functions import RackTeeth, contact_ratio
-
-    bend = ca.SX.sym("bend")
-    f = Kernel(
-        ca.Function(
-            "ratio",
-            [bend],
-            [contact_ratio(bend, bend, RackTeeth(2e-3, np.radians(20)))],
-            ["b"],
-            ["e"],
-        )
-    )
-    r, tip, base = 31.0, 33.0, 31 * np.cos(np.radians(20))
-    path = 2 * (np.sqrt(tip**2 - base**2) - r * np.sin(np.radians(20)))
-    assert f(b=1 / 31e-3)["e"][0, 0] == pytest.approx(
-        path / (2 * np.pi * np.cos(np.radians(20))), rel=1e-12
-    )
-    assert f(b=1e-9)["e"][0, 0] == pytest.approx(
-        2 * 2 / np.sin(np.radians(20)) / (2 * np.pi * np.cos(np.radians(20)))
-    )
-
-
 # --- derivatives
 # --------------------------------------------------------------------------------------
 

@@ -3,10 +3,7 @@ it.
 """
 
 import json
-import os
 import sys
-import tomllib
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import jsonschema
@@ -15,11 +12,7 @@ import pyarrow.csv
 import pyarrow.parquet
 import pytest
 
-from planter.errors import InputError
-from planter.progress import Progress
 from planter.rows import sweep
-from planter.rows.points import Plan
-from planter.rows.sweep_presentation import compute_sweep
 from tests.support.cli import answer, refusal, run
 from tests.support.schemas import load_schema
 
@@ -87,37 +80,6 @@ def test_sweep_without_pyarrow_writes_csv_and_names_the_extra(
     assert not (out / "rows.parquet").exists(), (
         "a table of an earlier call must not stay beside another"
     )
-
-
-def test_concurrent_sweep_in_folder_is_rejected(tmp_path: Path) -> None:
-    """Another plan that starts while the first one runs is refused at once and changes no byte of
-    what is there.
-    """
-    plans = [
-        Plan.read(tomllib.loads(SMALL) | {"inputs": {"speed_rpm": speed}}, "plan.toml")
-        for speed in ([35, 40], [60])
-    ]
-    refusals = []
-
-    def files() -> dict[str, tuple[int, int]]:
-        return {
-            path.name: (path.stat().st_size, path.stat().st_mtime_ns) for path in tmp_path.iterdir()
-        }
-
-    def start_another(step: Progress) -> None:
-        if not refusals and (tmp_path / "sweep.sqlite").exists():
-            before = files()
-            with ThreadPoolExecutor(1) as thread, pytest.raises(InputError) as refused:
-                thread.submit(compute_sweep, plans[1], tmp_path).result()
-            refusals.append(refused.value.message)
-            assert files() == before
-
-    result = compute_sweep(plans[0], tmp_path, progress=start_another)
-    assert str(tmp_path) in refusals[0]
-    assert str(os.getpid()) in refusals[0]
-    rows = pyarrow.parquet.read_table(tmp_path / "rows.parquet")
-    assert rows["operation.speed_rpm"].to_pylist() == [35, 40]
-    assert compute_sweep(plans[0]).record.table()["hash"] == result.record.table()["hash"]
 
 
 def test_folder_of_other_plan_exits_2(tmp_path: Path) -> None:

@@ -108,30 +108,6 @@ def test_certificate_holds_on_the_constraints_only() -> None:
     assert kkt_residual(task, (longer - task.box.origin) / task.box.unit) > STATIONARITY_TOLERANCE
 
 
-def test_length_derivatives_agree_with_differences() -> None:
-    constraints, x = PitchLengthConstraints(device(), SPEC), device().design
-    weights, h = np.array([0.7, -1.1]), 1e-6
-    steps = h * np.diag(np.abs(x))
-    ends = [
-        [(constraints.values(y), constraints.slopes(y)) for y in (x + step, x - step)]
-        for step in steps
-    ]
-    slopes = np.array(
-        [(a[0] - b[0]) / 2 / h / abs(value) for (a, b), value in zip(ends, x, strict=True)]
-    ).T
-    hessian = np.array(
-        [
-            weights @ (a[1] - b[1]) / 2 / h / abs(value)
-            for (a, b), value in zip(ends, x, strict=True)
-        ]
-    )
-    assert constraints.slopes(x) == pytest.approx(slopes, rel=1e-5, abs=1e-4)
-    scale = np.abs(np.outer(x, x))
-    assert constraints.curvature(x, weights) * scale == pytest.approx(
-        hessian * scale, rel=1e-4, abs=1e-5
-    )
-
-
 def test_price_is_the_derivative_of_the_optimum() -> None:
     """The objective of the best designs with a little more and less module; stage 2 does not affect
     the force.

@@ -14,7 +14,7 @@ from planter import evaluate_many
 from planter.engine import outputs
 from planter.engine.outputs import CycleObjective
 from planter.errors import ComputationError
-from planter.kernels import Array, CallError, toolchain
+from planter.kernels import Array, CallError
 from planter.papers.planting.file import load
 from planter.papers.planting.functions import MODELS, Model
 from planter.papers.planting.model import Device
@@ -192,19 +192,6 @@ def test_unusable_designs_are_refused(way: str) -> None:
             call(not_finite)
         with pytest.raises(ComputationError):
             call(without_force)
-
-
-def test_missing_compiler_gives_a_single_warning(
-    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
-) -> None:
-    monkeypatch.setenv("CC", "no-such-compiler")
-    monkeypatch.setattr(toolchain, "_warnings", [])
-    subject = CycleObjective(build_device("wang2017", "exact"), EVEN)
-    assert subject.way == "casadi-vm"
-    expected = build_objective("wang2017", "exact", "casadi-vm")
-    design = subject.machine.design
-    assert subject.gradient(design)[0] == expected.gradient(design)[0]
-    assert len(caplog.records) == 1
 
 
 def test_pickled_objective_is_that_of_its_machine() -> None:
