@@ -138,8 +138,8 @@ def describe_problems(
     errors = sorted(
         error.errors(include_url=False), key=lambda details: details["type"] != "extra_forbidden"
     )
-    told: set[str] = set()
-    problems = "; ".join(_problem(details, model, changed, told) for details in errors[:_LISTED])
+    listed: set[str] = set()
+    problems = "; ".join(_problem(details, model, changed, listed) for details in errors[:_LISTED])
     more = len(errors) - _LISTED
     tail = f" (and {more} more problem{'s' if more > 1 else ''})" if more > 0 else ""
     return InputError(f"{source}: {problems}{tail}")
@@ -156,7 +156,7 @@ def value_error(
 
 
 def _problem(
-    details: ErrorDetails, model: type[BaseModel], changed: Collection[str], told: set[str]
+    details: ErrorDetails, model: type[BaseModel], changed: Collection[str], listed: set[str]
 ) -> str:
     context: dict[str, Any] = details.get("ctx", {})
     location = (*details["loc"], context["key"]) if context.get("key") else details["loc"]
@@ -169,7 +169,7 @@ def _problem(
         return f"{safe_text.quote_name(path)} is missing: {context['allowed']}"
     value = context.get("value", details["input"])
     if details["type"] == "extra_forbidden":
-        allowed = _known_keys(model, location, told)
+        allowed = _known_keys(model, location, listed)
     else:
         allowed = _ALLOWED.get(details["type"], _OTHERWISE).format(**context)
     if details["type"] in ("float_type", "int_type") and isinstance(value, str):
@@ -181,9 +181,9 @@ def _problem(
     return str(value_error(path, value, allowed, is_changed=set_here))
 
 
-def _known_keys(model: type[BaseModel], location: tuple[str | int, ...], told: set[str]) -> str:
+def _known_keys(model: type[BaseModel], location: tuple[str | int, ...], listed: set[str]) -> str:
     """Return what is wrong with an unknown key, with the keys of its table unless they were
-    told.
+    listed.
     """
     *inner, unknown = location
     table = find_section(find_annotation(model, tuple(inner)))
@@ -191,8 +191,8 @@ def _known_keys(model: type[BaseModel], location: tuple[str | int, ...], told: s
     similar = paths.find_similar(str(unknown), keys)
     hint = f": did you mean {similar[0]}?" if similar else ""
     known = ", ".join(keys)
-    allowed = f" (allowed here: {known})" if keys and known not in told else ""
-    told.add(known)
+    allowed = f" (allowed here: {known})" if keys and known not in listed else ""
+    listed.add(known)
     return f"there is no such key{hint}{allowed}"
 
 
