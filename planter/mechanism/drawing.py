@@ -565,7 +565,7 @@ class MechanismCycleProgram:
     def _shapes(self) -> Mapping[str, ca.SX]:
         """What springs, guides, cams and gears are drawn from [SI], as `shape NAME`."""
         stated = self.formulas.sidecar["functions"]
-        shapes = {}
+        shapes: dict[str, ca.SX] = {}
         for name in SHAPES:
             if name in stated:
                 shapes |= self._evaluate(name)
