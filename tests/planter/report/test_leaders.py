@@ -186,3 +186,12 @@ def test_crossing_leaders_are_noticed(page: Page, tmp_path: Path) -> None:
     x, y = cam.leaders["cam"].coords[0]
     through = LineString([(-x, -y), cam.leaders["cam"].coords[-1]])
     assert ("cam", "cam") in replace(cam, leaders={"cam": through}).crossings()
+
+
+def test_traces_of_moving_points_with_couplers_first(page: Page, tmp_path: Path) -> None:
+    draw(page, scene_of("crank_rocker"), tmp_path)
+    choices = page.locator(".planter-view .choices label").all_inner_texts()
+    names = [text.strip() for text in choices]
+    paths = [name.removeprefix("path of ") for name in names if name.startswith("path of ")]
+    assert paths[0] == "S"  # of the coupler
+    assert sorted(paths[1:]) == ["A", "B", "R"]  # O and D are fixed
