@@ -332,8 +332,8 @@ def build_scene(
     at_frames = {name: values[frames] for name, values in motion.shapes.items()}
     measures = evaluate_measures(kinds, meshes, at_frames, extent)
     mark = float(measures["ground mark"][0])
-    drawn = list(draw_elements(kinds, meshes, measures))
-    gears = {body.name: body for body in drawn if body.outlines[0].look == "gear"}
+    elements = list(draw_elements(kinds, meshes, measures))
+    gears = {body.name: body for body in elements if body.outlines[0].look == "gear"}
     for shade, (body, corners) in enumerate(bodies.items()):
         places_mm = {name: 1e3 * at[:, frames] for name, at in corners.items()}
         ends = {name: _number_point(points, numbers, name, at) for name, at in places_mm.items()}
@@ -350,7 +350,7 @@ def build_scene(
         seconds=motion.seconds,
         bodies=[
             *mark_ground(bodies.get(GROUND, {}), mark),
-            *drawn,
+            *elements,
         ],
         points=points,
         again=axis.repeats,
@@ -418,8 +418,8 @@ def select_rigid(points: Mapping[str, Array], extent: float, gear: Body | None) 
     if gear is not None:
         x, y = (np.asarray(value) for value in gear.at)
         turned = np.exp(-1j * np.radians(gear.turn))
-        own = (places[:, 0] - x + 1j * (places[:, 1] - y)) * turned
-        is_carried = np.abs(own - own[:, :1]).max(axis=1) <= RIGID * extent
+        local_places = (places[:, 0] - x + 1j * (places[:, 1] - y)) * turned
+        is_carried = np.abs(local_places - local_places[:, :1]).max(axis=1) <= RIGID * extent
     else:
         distances = np.hypot(*np.moveaxis(places[:, None] - places[None, :], 2, 0))
         is_rigid = np.ptp(distances, axis=2) <= RIGID * extent
@@ -598,7 +598,7 @@ class MechanismCycleProgram:
     def _shapes(self) -> Mapping[str, ca.SX]:
         """What springs, guides, cams and gears are drawn from [SI], as `shape NAME`."""
         stated = self.formulas.sidecar["functions"]
-        shapes = {}
+        shapes: dict[str, ca.SX] = {}
         for name in SHAPES:
             if name in stated:
                 shapes |= self._evaluate(name)

@@ -149,8 +149,8 @@ def _measure_line(ends: Sequence[tuple[ca.MX, ca.MX]], half: ca.MX) -> dict[str,
     dx, dy = end_x - x, end_y - y
     length = ca.sqrt(dx**2 + dy**2)
     c, s = dx / length, dy / length
-    along, across = c * x + s * y, c * y - s * x
-    low = ca.mmin(along) - 3 * half
+    travel, across = c * x + s * y, c * y - s * x
+    low = ca.mmin(travel) - 3 * half
     return {
         "x": x,
         "y": y,
@@ -160,7 +160,7 @@ def _measure_line(ends: Sequence[tuple[ca.MX, ca.MX]], half: ca.MX) -> dict[str,
         "cylinder": CYLINDER_SHARE * ca.mmin(length),
         "rail x": c[0] * low - s[0] * across[0],
         "rail y": s[0] * low + c[0] * across[0],
-        "rail": ca.mmax(along) + 3 * half - low,
+        "rail": ca.mmax(travel) + 3 * half - low,
     }
 
 

@@ -197,10 +197,8 @@ class Scene:
             direction * np.exp(1j * np.radians(turn)),
         )
         for outline in body.outlines:
-            along, up = (
-                np.outer(factor, outline.points[:, axis]) for axis, factor in enumerate(scale)
-            )
-            points = origin[:, None] + direction[:, None] * (along + 1j * up)
+            x, y = (np.outer(factor, outline.points[:, axis]) for axis, factor in enumerate(scale))
+            points = origin[:, None] + direction[:, None] * (x + 1j * y)
             yield outline, np.stack([points.real, points.imag], axis=-1)
         for part in body.parts:
             yield from self._placed(part, moments, origin, direction)

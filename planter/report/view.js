@@ -419,7 +419,12 @@ class Mechanism {
     const column = longest ? (LETTER_SHARE * longest + 3) * LETTER : 0;
     const scale = Math.min(Math.max(this.room.width - column, 0.4 * this.room.width) / width, (this.room.height - 3.6 * GAP - 2 * LETTER) / height);
     this.size = LETTER / scale;
-    for (const text of this.machine.querySelectorAll(":scope > text")) text.setAttribute("font-size", this.size);
+    for (const text of this.machine.querySelectorAll(":scope > text")) {
+      text.setAttribute("font-size", this.size);
+      const [[start, bottom], [end]] = frame(text);
+      const x = Math.max(start, left) + { start: 0, middle: 0.5, end: 1 }[text.getAttribute("text-anchor")] * (end - start);
+      text.setAttribute("transform", `translate(${x.toFixed(3)} ${bottom.toFixed(3)}) scale(1 -1)`);
+    }
     const above = this.labels.bodies.length ? GAP / scale : 0; // for leaders over all bodies, and below them
     const tall = Math.max(height + 3.6 * above, ((this.labels.bodies.length + SPARE) * above) || 0);
     this.near_box = [left, top - above, width + column / scale, tall + 2 * this.size];

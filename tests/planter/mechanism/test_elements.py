@@ -99,8 +99,7 @@ def test_roller_rolls_on_its_cam() -> None:
     points = cam.outlines[0].points
     larger = points * (1 + size / np.hypot(*points.T))[:, None]
     wide = replace(cam, outlines=(replace(cam.outlines[0], points=larger),))
-    others = [body for body in scene.bodies if body is not cam]
-    pitch = replace(scene, bodies=[*others, wide])
+    pitch = replace(scene, bodies=[wide if body is cam else body for body in scene.bodies])
     assert max(roller_gap(pitch, moment) for moment in MOMENTS) > 0.1 * size
     assert (
         max(roller_gap(turn_body(scene, "cam", 30.0), moment) for moment in MOMENTS) > 0.02 * size

@@ -72,19 +72,19 @@ class Labelled:
 
     def crossings(self) -> list[tuple[str, str]]:
         """Return names of leaders with what they cross: bodies, or other leaders."""
-        found = [
+        crossed = [
             (name, owner)
             for name, leader in self.leaders.items()
             for owner, line in self._bodies()
             if is_crossed(leader, line, owner == name)
         ]
         pairs = combinations(self.leaders.items(), 2)
-        return found + [(one, two) for (one, a), (two, b) in pairs if a.intersects(b)]
+        return crossed + [(name, other) for (name, a), (other, b) in pairs if a.intersects(b)]
 
     def overlaps(self) -> list[tuple[str, str]]:
         """Return names whose texts overlap."""
         pairs = combinations(self.boxes.items(), 2)
-        return [(one, two) for (one, a), (two, b) in pairs if a.intersection(b).area > 0]
+        return [(name, other) for (name, a), (other, b) in pairs if a.intersection(b).area > 0]
 
     def _bodies(self) -> Iterator[tuple[str, LineString]]:
         solid = replace_outlines(self.scene)
@@ -174,17 +174,24 @@ def test_crossing_leaders_are_noticed(page: Page, tmp_path: Path) -> None:
     on another.
     """
     drawing = draw(page, scene_of("slider_crank"), tmp_path)[0]
-    (one, first), (two, second) = list(drawing.leaders.items())[:2]
-    ends = [line.coords[-1] for line in (first, second)]
+    (name, first), (other, second) = list(drawing.leaders.items())[:2]
     exchanged = {
-        one: LineString([first.coords[0], ends[1]]),
-        two: LineString([second.coords[0], ends[0]]),
+        name: LineString([first.coords[0], second.coords[-1]]),
+        other: LineString([second.coords[0], first.coords[-1]]),
     }
     assert replace(drawing, leaders=exchanged).crossings()
-    assert replace(drawing, boxes=drawing.boxes | {one: drawing.boxes[two]}).overlaps() == [
-        (one, two)
-    ]
+    covered = replace(drawing, boxes=drawing.boxes | {name: drawing.boxes[other]})
+    assert covered.overlaps() == [(name, other)]
     cam = draw(page, scene_of("cam_follower"), tmp_path)[0]
     x, y = cam.leaders["cam"].coords[0]
     through = LineString([(-x, -y), cam.leaders["cam"].coords[-1]])
     assert ("cam", "cam") in replace(cam, leaders={"cam": through}).crossings()
+
+
+def test_traces_of_moving_points_with_couplers_first(page: Page, tmp_path: Path) -> None:
+    draw(page, scene_of("crank_rocker"), tmp_path)
+    choices = page.locator(".planter-view .choices label").all_inner_texts()
+    names = [text.strip() for text in choices]
+    paths = [name.removeprefix("path of ") for name in names if name.startswith("path of ")]
+    assert paths[0] == "S"  # of the coupler
+    assert sorted(paths[1:]) == ["A", "B", "R"]  # O and D are fixed
