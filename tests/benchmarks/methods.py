@@ -147,6 +147,12 @@ def main() -> None:
     if not options.page:
         for record in measure_all(rows):
             RECORD.write_text(json.dumps(record, indent=1) + "\n", encoding="utf-8")
+            write_page()
+    write_page()
+
+
+def write_page() -> None:
+    """Write the page of the record."""
     record = json.loads(RECORD.read_text(encoding="utf-8"))
     PAGE.write_text(fill_page(PAGE.read_text(encoding="utf-8"), record), encoding="utf-8")
 
