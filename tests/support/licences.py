@@ -101,8 +101,8 @@ def measure_installation() -> dict[str, float | int]:
     """
     names = set[str]().union(*(closure(extra) for extra in INSTALLED))
     listed = [file.locate() for name in names for file in distribution(name).files or ()]
-    own = [file for folder in PACKED for file in (ROOT / folder).rglob("*")]
-    paths = {Path(str(path)) for path in (*listed, *own)}
+    packed = [file for folder in PACKED for file in (ROOT / folder).rglob("*")]
+    paths = {Path(str(path)) for path in (*listed, *packed)}
     size = sum(path.stat().st_size for path in paths if path.is_file())
     return {"size_GB": round(size / 1e9, 3), "packages": len(names)}
 
