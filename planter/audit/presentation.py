@@ -54,10 +54,12 @@ def present_audit(result: Mapping[str, Any], typeset: Entry) -> ResultPresentati
         sum(sum(s[part].values()) for s in counts) for part in ("equations", "numbers")
     )
     at_fault = sum(s["at_fault"] for s in counts)
+    unjudged = sum(s["equations"].get("not judged", 0) for s in counts)
     differing = sum(s["numbers"].get("not reproduced", 0) for s in counts)
     laws = result.get("laws", ())
     figures = {
-        "printed equations are at fault": (at_fault, equations),
+        "printed equations are at fault": (at_fault, equations - unjudged),
+        "are not judged": (unjudged, equations if unjudged else 0),
         "laws are broken": (sum(bool(law["caused_by"]) for law in laws), len(laws)),
         "printed numbers are not reproduced": (differing, numbers),
     }

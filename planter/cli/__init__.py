@@ -58,7 +58,8 @@ def _called() -> int:
             error, "format_message"
         ):  # what the command-line library raises for bad arguments has one
             raise
-        raise InputError(error.format_message() + _hint()) from None
+        message = error.format_message().replace("Value error, ", "")  # a prefix of pydantic's
+        raise InputError(message + _hint()) from None
     if (
         code and process.exit_code() is not None
     ):  # the library ends silently where a signal comes between its own lines

@@ -1,7 +1,8 @@
 """CSV text read as rows with line numbers for messages, and rows formatted as CSV text.
 
 Lines that start with `#` are comments, and empty lines are skipped. The first other line is the
-header; columns are separated by commas, and decimals written with a point.
+header. Columns are separated by commas, or by semicolons or tabs, if there are more of them in the
+header; decimals then may have a comma too, as spreadsheets write them in many countries.
 """
 
 from __future__ import annotations
@@ -26,6 +27,8 @@ LARGEST = 1e100
 """Default limit of the size of numbers, whose squares stay finite."""
 LONGEST = 1000
 """Maximum number of characters of a cell."""
+SEPARATORS = ",;\t"
+"""Marks between columns; the first of those that the header has most of counts."""
 _SHOWN = 60
 _OTHER_KIND = re.compile(r"\s*(\[[^\],]*\]\s*(#.*)?|\[\[.*|[\w.-]+\s*=.*|\{.*)")
 """The first line of a TOML or JSON file."""
@@ -166,14 +169,19 @@ def _is_comment(line: str) -> bool:
 
 
 def _records(lines: Sequence[str], source: str) -> Iterator[tuple[int, tuple[str, ...]]]:
-    reader = csv.reader(lines, strict=True)
+    header = next(filter(str.strip, lines), "")
+    separator = max(SEPARATORS, key=header.count)
+    reader = csv.reader(lines, strict=True, delimiter=separator)
     try:
         for record in reader:
             longest = max(map(len, record), default=0)
             if longest > LONGEST:
                 raise InputError(_too_long(source, reader.line_num))
             if any(cell.strip() for cell in record):
-                yield reader.line_num, tuple(cell.strip() for cell in record)
+                cells = [cell.strip() for cell in record]
+                if separator != ",":
+                    cells = [safe_text.replace_decimal_comma(cell) or cell for cell in cells]
+                yield reader.line_num, tuple(cells)
     except csv.Error as error:
         if "field larger" in str(error):
             raise InputError(_too_long(source, reader.line_num)) from None
@@ -188,12 +196,6 @@ def _too_long(source: str, line: int) -> str:
 
 
 def _check_header(header: Sequence[str], place: str, columns: Sequence[str]) -> None:
-    if len(header) == 1 and any(mark in header[0] for mark in ";\t"):
-        raise InputError(
-            f"{place}: the header is {shorten_text(header[0])}, but columns must be separated by "
-            f"commas, and decimals "
-            f"written with a point"
-        )
     if columns and set(header) != set(columns):
         raise InputError(
             f"{place}: the header {shorten_text(','.join(header))}: it must be {','.join(columns)}"

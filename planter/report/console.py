@@ -11,7 +11,7 @@ import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
-from typing import Any, NoReturn
+from typing import Any, Literal, NoReturn
 
 from planter import safe_text
 from planter.errors import ComputationError, InputError, Interrupted, PlanterError
@@ -68,7 +68,8 @@ class Console:
                 isinstance(row[index], int | float) and not isinstance(row[index], bool)
                 for row in listed
             )
-            table.add_column(_typeset(name), justify="right" if numeric else "left")
+            justify: Literal["left", "right"] = "right" if numeric else "left"
+            table.add_column(_typeset(name), justify=justify, overflow="fold")
         for row in listed:
             table.add_row(*(_typeset(cell_text(cell)) for cell in row))
         rich = Rich(highlight=False, markup=False, emoji=False)
@@ -146,13 +147,13 @@ def _typeset(text: str) -> str:
 def cell_text(cell: object) -> str:
     """Return a cell as text, numbers with at most six digits.
 
-    >>> cell_text(211.3237944), cell_text(12), cell_text(None), cell_text(True)
-    ('211.324', '12', '-', 'yes')
+    >>> cell_text(211.3237944), cell_text(-0.0), cell_text(None), cell_text(True)
+    ('211.324', '0', '-', 'yes')
     """
     if cell is None:
         return "-"
     if isinstance(cell, bool):
         return "yes" if cell else "no"
     if isinstance(cell, float):
-        return f"{cell:.6g}"
+        return f"{cell + 0.0:.6g}"  # the sum of a negative zero and zero has no sign
     return safe_text.sanitise_line(str(cell))

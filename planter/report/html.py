@@ -297,8 +297,8 @@ def escape_markup(text: str) -> str:
 def cell_text(value: Cell) -> str:
     """Return a value as escaped text, numbers with at most six digits.
 
-    >>> cell_text(62.33105858627), cell_text(0.1 + 0.2), cell_text("a < b"), cell_text(True)
-    ('62.3311', '0.3', 'a &lt; b', 'yes')
+    >>> cell_text(62.33105858627), cell_text(-0.0), cell_text("a < b"), cell_text(True)
+    ('62.3311', '0', 'a &lt; b', 'yes')
     """
     if value is None:
         return "\N{EN DASH}"
@@ -307,7 +307,7 @@ def cell_text(value: Cell) -> str:
     if isinstance(value, int):
         return f"{value}".replace("-", "\N{MINUS SIGN}")
     if isinstance(value, float):
-        return f"{value:.6g}".replace("-", "\N{MINUS SIGN}")
+        return f"{value + 0.0:.6g}".replace("-", "\N{MINUS SIGN}")  # zero has no sign
     return value.markup if isinstance(value, MarkupCell) else typeset_numbers(value)
 
 

@@ -336,6 +336,11 @@ def interruptible_result(result: dict[str, Any]) -> Iterator[None]:
         raise Interrupted(result) from None
 
 
+def _find_change(path: Path) -> int | None:
+    """Return the time [ns] at which a file was changed last, None if there is none."""
+    return path.stat().st_mtime_ns if path.is_file() else None
+
+
 def writes_files(
     *names: str, figures: tuple[str, ...] = ()
 ) -> Callable[[Callable[..., None]], Callable[..., None]]:
@@ -343,7 +348,8 @@ def writes_files(
     `--overwrite`.
 
     The files `names` and the `figures` that it always writes are checked before it begins; every
-    file is checked again when it is written (`planter.report.folder`).
+    file is checked again when it is written (`planter.report.folder`). If it wrote a page there, a
+    note on standard error names it, unless the output is JSON.
     """
 
     def decorate(command: Callable[..., None]) -> Callable[..., None]:
@@ -351,10 +357,17 @@ def writes_files(
         def guarded(*args: Any, overwrite: bool, **kwargs: Any) -> None:
             with folder.allow_overwriting(overwrite):
                 out = kwargs.get("out")
-                if isinstance(out, Path):
-                    with Console(kwargs.get("as_json", False)).outcome():
-                        folder.check_files(out, (*names, *figure_files(*figures)))
+                if not isinstance(out, Path):
+                    command(*args, **kwargs)
+                    return
+                console = Console(kwargs.get("as_json", False))
+                with console.outcome():
+                    folder.check_files(out, (*names, *figure_files(*figures)))
+                page = out / "report.html"
+                before = _find_change(page)
                 command(*args, **kwargs)
+                if not console.as_json and _find_change(page) != before:
+                    console.say(f"report: {page}")
 
         signature = inspect.signature(command, eval_str=True)
         option = inspect.Parameter(

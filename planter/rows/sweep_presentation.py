@@ -330,10 +330,7 @@ def present_inputs(result: Varied) -> ResultPresentation:
 
 
 def _list_meanings(title: str, meanings: Mapping[str, str]) -> Section:
-    return Section(
-        title,
-        [Text(f"{title}:"), Items([f"{name}: {meaning}" for name, meaning in meanings.items()])],
-    )
+    return Section(title, [Items([f"{name}: {meaning}" for name, meaning in meanings.items()])])
 
 
 STORE_NAME = "sweep.sqlite"

@@ -35,13 +35,23 @@ def test_comments_and_empty_lines_leave_lines_their_numbers() -> None:
     assert table.comments == ((1, "first"), (5, "in between"))
 
 
+@pytest.mark.parametrize("separator", [";", "\t"])
+def test_spreadsheets_with_decimal_commas_are_read(separator: str) -> None:
+    """The same numbers as with commas and points, from which columns differ."""
+    text = GOOD.replace(",", separator).replace(".", ",")
+    tables = [csv_rows.read_table(each, "a.csv", ("y_mm", "x_mm")) for each in (GOOD, text)]
+    assert tables[0].rows == tables[1].rows
+    assert tables[1].numbers("y_mm") == [2, 4.5]
+
+
 BAD = {
     "none": ("", (), "the file is empty, it must have a header and rows"),
     "none of some": ("", ("x",), "the file is empty, it must have the header x and rows"),
     "header": ("x,y\n1,2\n", ("x_mm", "y_mm"), "line 1: the header 'x,y': it must be x_mm,y_mm"),
     "no header": ("1,2\n3,4\n", ("x_mm", "y_mm"), "the names of the columns must stand above"),
     "no header, any": ("1,2\n3,4\n", (), "the header holds numbers"),
-    "semicolons": ("x;y\n1,5;2\n", (), "separated by commas, and decimals written with a point"),
+    "semicolons in rows alone": ("x,y\n1;2\n", (), "line 2 has 1 cells, but it must have 2"),
+    "thousands": ("x;y\n1.000,5;2\n", (), r"line 2, column x: '1.000,5'"),
     "decimal commas": (
         "x,y\n1,2\n1,5,2,5\n",
         (),
