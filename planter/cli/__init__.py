@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import os
 import sys
+from typing import Any
 
 from planter.report import process
 
@@ -58,13 +59,35 @@ def _called() -> int:
             error, "format_message"
         ):  # what the command-line library raises for bad arguments has one
             raise
-        message = error.format_message().replace("Value error, ", "")  # a prefix of pydantic's
-        raise InputError(message + _hint()) from None
+        raise InputError(_describe_usage(error) + _hint()) from None
     if (
         code and process.exit_code() is not None
     ):  # the library ends silently where a signal comes between its own lines
         raise KeyboardInterrupt
     return code
+
+
+def _describe_usage(error: Any) -> str:
+    """Return what is wrong with a call, with the value that is refused or the help to read."""
+    from pydantic import ValidationError
+
+    from planter.errors import InputError
+
+    message = str(error.format_message())
+    if isinstance(error.__cause__, ValidationError):  # whose messages do not name the value
+        cause = error.__cause__.errors()[0]
+        reason = cause["msg"].removeprefix("Value error, ").partition(", unable")[0].rstrip(".")
+        value = cause["input"]
+        reason = reason.replace("Input should", "it must").replace(
+            f"{value!r} is not", "it must be"
+        )
+        name = message.split("'")[1]  # Invalid value for '--samples': ...
+        return InputError.for_value(name, value, reason).message
+    is_open = message.startswith(("Missing", "Got unexpected", "No such command"))
+    if is_open and error.ctx is not None and not message.endswith("?"):
+        command = error.ctx.command_path.removeprefix(error.ctx.find_root().info_name)
+        return f"{message.rstrip('.')}: see `planter{command} --help`"
+    return message
 
 
 def _hint() -> str:

@@ -710,11 +710,7 @@ def load_machine(
     """
     module = find_kind(source) or load_part(source, "machines")  # which says what a file lacks
     if module is None:
-        examples.read_source(source)  # says what is wrong with a name or a path
-        raise InputError(
-            f"{source}: there is no such machine: it must be a machine's file, or a built-in "
-            f"one's name"
-        )
+        examples.refuse_machine(source)
     for name, choice in choices.items():
         if name not in inspect.signature(module.load).parameters:
             raise InputError(f"--{name} {choice} does not apply to {source}: it has one {name}")

@@ -11,11 +11,11 @@ from importlib import import_module
 from importlib.resources.abc import Traversable
 from pathlib import Path
 from types import ModuleType
-from typing import Any, Literal
+from typing import Any, Literal, NoReturn
 
 from planter import paths, plugins, safe_text
 from planter.errors import InputError
-from planter.text_files import parse_toml, read_text, read_toml
+from planter.text_files import is_file, parse_toml, read_text, read_toml
 
 Suffix = Literal[".toml", ".csv"]
 SUFFIXES: tuple[Suffix, ...] = (".toml", ".csv")
@@ -94,6 +94,25 @@ def read_source(source: str | Path, kind: str | None = None, suffix: Suffix = ".
             f"({builtin})"
         )
     return read_text(source)
+
+
+def refuse_machine(source: str) -> NoReturn:
+    """Raise InputError that says why a source, which no package takes, is not a machine.
+
+    It is unknown, unreadable, no TOML, a statement that is not derived yet, or has tables of no
+    kind of machine.
+    """
+    if source.endswith(".py") and is_file(Path(source)):
+        raise InputError(
+            f"{source}: this is a statement in Python, but it must be a .toml file: "
+            f"`planter derive {source}` writes one"
+        )
+    tables = ", ".join(f"[{name}]" for name in parse_toml(read_source(source), source))
+    raise InputError(
+        f"{source}: this file does not describe a machine: it has "
+        f"{safe_text.sanitise_line(tables, 200) or 'no tables'}, which no kind of machine has; "
+        f"`planter new` lists files to start from"
+    )
 
 
 def belongs_to_package(source: str, kind: str, tables: set[str]) -> bool:

@@ -21,6 +21,7 @@ from planter.engine.sections import (
 from planter.errors import InputError
 from planter.files import units
 from planter.files.document import Document, Origins
+from planter.files.examples import list_examples
 from planter.files.fields import FileSection, Line, Pair, Real, Whole
 from planter.kernels import Array
 from planter.kernels.formulas import Formulas
@@ -174,9 +175,14 @@ def find_file(source: str) -> Path:
     for path in candidates:
         if is_file(path):
             return path
+    if source in list_examples(suffix=".toml"):
+        raise InputError(
+            f"{source}: this is a built-in machine, but it must be the file of a mechanism of your "
+            f"own, as `planter derive` writes one"
+        )
     places = " or ".join(map(str, candidates))
     raise InputError(
-        f"{source}: there is no {places}; `planter derive FILE.py` writes one to the generated code"
+        f"{source}: there is no {places}; `planter derive FILE.py` writes one for a statement"
     )
 
 

@@ -141,6 +141,8 @@ def output_folder(path: str | Path) -> Path:
         folder.mkdir(parents=True, exist_ok=True)
         trial.touch(exist_ok=False)
         trial.unlink()
+    except FileExistsError:
+        raise InputError(f"{path}: this is a file, but results are written to a folder") from None
     except (OSError, ValueError) as error:
         raise _cannot_write(path, error) from None
     return folder

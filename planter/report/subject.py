@@ -12,13 +12,12 @@ from planter import plugins, safe_text
 from planter.errors import InputError, PlanterError
 from planter.files import units
 from planter.files.document import Document, format_lines
-from planter.files.examples import find_kind, load_part
+from planter.files.examples import find_kind, load_part, refuse_machine
 from planter.kernels import Array
 from planter.kernels.programs import Program
 from planter.report import labels
 from planter.report.labels import DisplayName, DisplayNames
 from planter.report.scene import Scene
-from planter.text_files import is_file, parse_toml, read_text
 from planter.version import __version__
 
 
@@ -282,18 +281,10 @@ def open_machine(source: str, changes: Values | None = None) -> Shown:
     valid TOML.
     """
     module = load_part(source, "show") if find_kind(source) else None
-    if module is not None:
-        view: Shown = module.open_view(source, changes or {})
-        return view
-    if is_file(Path(source)):
-        parse_toml(read_text(source), source)
-        raise InputError(
-            f"{source}: this file does not describe a machine; its tables match no kind of machine"
-        )
-    raise InputError(
-        f"{source}: there is no such machine; give a machine's file or the name of a built-in "
-        f"machine"
-    )
+    if module is None:
+        refuse_machine(source)
+    view: Shown = module.open_view(source, changes or {})
+    return view
 
 
 def first_scene(machine: Shown, model: str | None, option: str) -> tuple[Scene, str]:

@@ -134,6 +134,57 @@ def test_bad_input_is_refused_in_a_sentence(case: str) -> None:
     assert re.search(sentence, refusal(*arguments))
 
 
+WRONG_FILES = {
+    "text.toml": ("hello world\n", r"text\.toml: line 1, column 7: .*TOML"),
+    "empty.toml": ("", r"empty\.toml: .* no tables"),
+    "twice.toml": ("[design]\n[design]\n", r"twice\.toml: line 2"),
+    "other.toml": ("[crop]\nrows = 2\n", r"other\.toml: .*\[crop\].*planter new"),
+    "statement.py": ("x = 1\n", r"`planter derive statement\.py` writes one"),
+}
+"""Files that are no machines by name, each with what is said of it."""
+
+
+@pytest.mark.parametrize("name", WRONG_FILES)
+@pytest.mark.parametrize("command", ["simulate", "animate"])
+def test_file_that_is_no_machine_is_refused_with_its_fault(
+    command: str, name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    text, sentence = WRONG_FILES[name]
+    Path(name).write_text(text)
+    assert re.search(sentence, refusal(command, name))
+
+
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        ("simulate wang2017 --samples ten", ("--samples", "ten", "integer")),
+        ("simulate wang2017 --model both", ("--model", "both", "'exact', 'printed'")),
+        ("optimise wang2017 --starts 0", ("--starts", "0", "1")),
+        ("gears wang2017 --module 100", ("--module", "100", "50")),
+        ("cam wang2017", ("--roller-mm", "`planter cam --help`")),
+        ("export d wang2017", ("'d'", "`planter export --help`")),
+        ("simulate wang2017 more", ("more", "`planter simulate --help`")),
+    ],
+)
+def test_refused_call_names_value_and_what_is_allowed(call: str, words: tuple[str, ...]) -> None:
+    message = refusal(call)
+    assert not [word for word in words if word not in message]
+    assert "Value error" not in message
+
+
+def test_folder_of_results_that_is_a_file_is_named(tmp_path: Path) -> None:
+    file = tmp_path / "results"
+    file.touch()
+    assert f"{file}: this is a file" in refusal("simulate", "wang2017", "--out", str(file))
+
+
+def test_page_is_named_if_it_was_written(tmp_path: Path) -> None:
+    call = ("design clutch geometry shi2021", "--out", str(tmp_path))
+    assert run(*call)[2].endswith(f"report: {tmp_path / 'report.html'}\n")
+    assert "report:" not in run(*call, "--json")[2]
+
+
 @pytest.mark.parametrize(
     "arguments",
     [

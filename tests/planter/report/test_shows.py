@@ -84,7 +84,7 @@ def test_command_writes_gif_to_given_path(tmp_path: Path) -> None:
         animate("shi2021", {}, tmp_path / "moving.avi")
     with pytest.raises(InputError, match="one of exact, printed"):
         animate("wang2017", {}, tmp_path, model="own")
-    with pytest.raises(InputError, match="there is no such machine"):
+    with pytest.raises(InputError, match="nobody: there is no built-in"):
         animate("nobody", {}, tmp_path)
 
 
