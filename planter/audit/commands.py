@@ -69,9 +69,7 @@ def audit(
         int,
         typer.Option(min=1, max=100_000, help="with --benchmark: number of errors that are drawn"),
     ] = SLIPS,
-    seed: Annotated[
-        int, typer.Option(help="with --benchmark: which errors are drawn depends on it")
-    ] = 0,
+    seed: Annotated[int, typer.Option(help="with --benchmark: random seed")] = 0,
     answers: Annotated[
         Path | None, text_option("with --benchmark: answers of another checker", "JSONL")
     ] = None,

@@ -74,7 +74,9 @@ def _list_reading() -> list[str]:
 def example(
     name: Annotated[
         str | None,
-        typer.Argument(help="a built-in machine or data file", autocompletion=_list_examples),
+        typer.Argument(
+            metavar="NAME", help="a built-in machine or data file", autocompletion=_list_examples
+        ),
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
@@ -96,10 +98,13 @@ def example(
 @app.command("new")
 def write_template(
     template: Annotated[
-        str | None, typer.Argument(help="name of a template", autocompletion=_list_templates)
+        str | None,
+        typer.Argument(
+            metavar="TEMPLATE", help="name of a template", autocompletion=_list_templates
+        ),
     ] = None,
     file: Annotated[
-        Path | None, typer.Argument(help="file to write [default: named after it]")
+        Path | None, typer.Argument(metavar="FILE", help="file to write [default: named after it]")
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
@@ -173,7 +178,8 @@ def derive(
 @app.command()
 def schema(
     command: Annotated[
-        list[str] | None, typer.Argument(help="a command, as `design clutch geometry`")
+        list[str] | None,
+        typer.Argument(metavar="COMMAND", help="a command, as `design clutch geometry`"),
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
@@ -202,6 +208,7 @@ def read_help(
     name: Annotated[
         str | None,
         typer.Argument(
+            metavar="NAME",
             help="a topic, a page, or a word of statements, such as m.pin",
             autocompletion=_list_reading,
         ),
@@ -232,7 +239,8 @@ def cite(
     name: Annotated[
         list[str] | None,
         typer.Argument(
-            help="a command, as `optimise` or `design clutch engage`, or a work, as wang2017"
+            metavar="NAME",
+            help="a command, as `optimise` or `design clutch engage`, or a work, as wang2017",
         ),
     ] = None,
     bibtex: Annotated[
@@ -303,7 +311,10 @@ def check_proof(
         ),
     ],
     check: Annotated[
-        bool, typer.Option("--check", help="compute each of its bounds again (the default)")
+        bool,
+        typer.Option(
+            "--check", help="compute each bound again (done in any case)", show_default=False
+        ),
     ] = True,
     machine: Annotated[
         str | None, text_option("the machine, if it is not where the proof says", "MACHINE")
@@ -382,18 +393,20 @@ def explain(
     name: Annotated[
         str | None,
         typer.Argument(
+            metavar="NAME",
             help="a symbol or key, as F_B1x, mass.sun_kg, range_N, tip_x_mm; or a machine",
             autocompletion=complete_machines,
         ),
     ] = None,
     key: Annotated[
-        str | None, typer.Argument(help="with a machine: a symbol or key of it alone")
+        str | None,
+        typer.Argument(metavar="KEY", help="with a machine: a symbol or key of it alone"),
     ] = None,
     bodies: Annotated[
         bool, typer.Option("--bodies", help="cut each body of a machine free, with its forces")
     ] = False,
     at: Annotated[
-        float | None, typer.Option(help="with --bodies: angle of the drive [deg]; 50 by default")
+        float | None, typer.Option(help="with --bodies: angle of the drive [deg] [default: 50]")
     ] = None,
     out: OutOption = None,
     set_: SetOption = None,

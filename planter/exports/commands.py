@@ -16,6 +16,7 @@ from planter.report.options import (
     ModelName,
     ModelOption,
     MotionFormat,
+    SamplesOption,
     SetOption,
     SpeedOption,
     describe_motion_formats,
@@ -142,8 +143,8 @@ def write_c(
     followed over a turn; a status says where they do not close. The objective is that of the file,
     over samples of a turn; without one there are only motions and forces.
 
-    planter export c wang2017 --out c && cd c && cc -O3 *.c -lm -o wang2017 && ./wang2017 turn >
-    turn.csv
+    For example: planter export c wang2017 --out c && cd c && cc -O3 *.c -lm -o wang2017 &&
+    ./wang2017 turn > turn.csv
     """
     console = Console(as_json)
     with console.outcome():
@@ -163,20 +164,20 @@ LANGUAGES = {
 x' = f(t, x, u, p), y = g(t, x, u, p), their derivatives by x, u, p, and the curvature of f, in
 a file that a Python module beside it loads without planter: for optimal control.
 
-planter export casadi cartpole.toml --input F_N --out casadi
+For example: planter export casadi cartpole.toml --input F_N --out casadi
 """,
     "jax": """Write free dynamics as a Python module for JAX.
 
 x' = f(t, x, u, p) and y = g(t, x, u, p), for jax.jit, jax.vmap and jax.jacfwd; it needs JAX
 alone.
 
-planter export jax cartpole.toml --input F_N --out jax
+For example: planter export jax cartpole.toml --input F_N --out jax
 """,
     "rust": """Write free dynamics as Rust without its standard library.
 
 x' = f(t, x, u, p), y = g(t, x, u, p) and their derivatives by x, u, p; it links libm.
 
-planter export rust cartpole.toml --out rust && rustc --crate-type rlib -O rust/cartpole.rs
+For example: planter export rust cartpole.toml --out rust && rustc --crate-type rlib -O rust/cartpole.rs
 """,
 }
 """Help of the commands for each language."""
@@ -214,7 +215,7 @@ MOTION_HELP = f"""Write motions and forces over time as tables.
 They are for multibody programs and Simulink; dictionary.csv has units and meanings.
 {describe_motion_formats()}
 
-planter export motion wang2017 --format adams --turns 2 --out adams
+For example: planter export motion wang2017 --format adams --turns 2 --out adams
 """
 
 
@@ -227,9 +228,7 @@ def motion(
         MotionFormat, typer.Option("--format", help="target program")
     ] = MotionFormat.csv,
     turns: Annotated[int, typer.Option(help="number of revolutions of the drive")] = 1,
-    samples: Annotated[
-        int | None, typer.Option(help="angles of a turn [default: the machine file's]")
-    ] = None,
+    samples: SamplesOption = None,
     model: ModelOption = ModelName.exact,
     set_: SetOption = None,
     speed_rpm: SpeedOption = None,
@@ -285,7 +284,7 @@ def fmu(
     The unit holds its C sources, a library for Linux and, with planter[compiler] installed, one for
     Windows.
 
-    planter export fmu wang2017 --out wang2017.fmu
+    For example: planter export fmu wang2017 --out wang2017.fmu
     """
     console = Console(as_json)
     with console.outcome():

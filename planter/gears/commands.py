@@ -81,6 +81,7 @@ def gears(
     machine: Annotated[
         str | None,
         typer.Argument(
+            metavar="MACHINE",
             help="a machine file, or the name of a built-in machine",
             autocompletion=complete_machines,
         ),

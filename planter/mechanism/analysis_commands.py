@@ -8,7 +8,6 @@ import typer
 
 from planter.errors import InputError
 from planter.mechanism.simulate_command import open_machine
-from planter.report.completion import complete_machines
 from planter.report.console import Console
 from planter.report.options import (
     JsonOption,
@@ -71,13 +70,7 @@ CAM_EPILOG = (
 @app.command(epilog=CAM_EPILOG)
 @writes_files("summary.json", "report.html", "contour.dxf", "contour.svg", "contour.csv")
 def cam(
-    machine: Annotated[
-        str,
-        typer.Argument(
-            help="a machine file, a built-in machine, or your mechanism",
-            autocompletion=complete_machines,
-        ),
-    ],
+    machine: MachineArgument,
     roller_mm: Annotated[float, text_option("radius of the roller", "R")],
     y: Annotated[
         str | None,
@@ -92,7 +85,7 @@ def cam(
     x: Annotated[str | None, text_option("with --y: the same along x [default: 0]", "SUM")] = None,
     force: Annotated[
         str | None,
-        text_option("for a mechanism: the follower's force, which lift-off ends", "NAME"),
+        text_option("for a mechanism: the follower's force, which is zero at lift-off", "NAME"),
     ] = None,
     bore_mm: Annotated[
         float | None, typer.Option(min=0.1, help="for a mechanism: bore of the disc")

@@ -137,7 +137,7 @@ def calibrate(
         ),
     ] = False,
     check: Annotated[Path | None, text_option("a second measurement to predict", "CSV")] = None,
-    check_rpm: Annotated[float | None, text_option("its speed", "RPM")] = None,
+    check_rpm: Annotated[float | None, text_option("its speed [r/min]", "RPM")] = None,
     seed: SeedOption = 0,
     workers: WorkersOption = None,
     cluster: ClusterOption = None,
@@ -157,10 +157,10 @@ def calibrate(
     phase_deg=0:360, any is tried. What moves freely is fitted over the time of the record; shift_s
     is the time of its first row after the start.
 
-    Your own mechanism: planter calibrate own/slider_crank.toml --data force.csv --column force
+    For example: planter calibrate own/slider_crank.toml --data force.csv --column force
     --angle angle --quantity F_Ox_N --fit m_s_kg=1:2
 
-    Measured: planter calibrate my.toml --data force.csv --column force --angle angle --fit
+    For example: planter calibrate my.toml --data force.csv --column force --angle angle --fit
     mass.planet_kg=0.8:1.6 --fit offset_N=-20:20 --check faster.csv --check-rpm 50 --out fitted
     """
     console = Console(as_json)

@@ -113,7 +113,9 @@ def simulate(
     ] = False,
     model: ModelOption = ModelName.exact,
     samples: SamplesOption = None,
-    at: Annotated[list[float] | None, text_option("also report at this drive angle", "DEG")] = None,
+    at: Annotated[
+        list[float] | None, text_option("also report at this drive angle (repeatable)", "DEG")
+    ] = None,
     lift: Annotated[
         bool,
         typer.Option(

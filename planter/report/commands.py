@@ -7,9 +7,14 @@ from typing import Annotated
 
 import typer
 
-from planter.report.completion import complete_machines
 from planter.report.console import Console
-from planter.report.options import JsonOption, SetOption, parse_changes, writes_files
+from planter.report.options import (
+    JsonOption,
+    MachineArgument,
+    SetOption,
+    parse_changes,
+    writes_files,
+)
 
 app = typer.Typer()
 
@@ -17,12 +22,7 @@ app = typer.Typer()
 @app.command()
 @writes_files()
 def animate(
-    machine: Annotated[
-        str,
-        typer.Argument(
-            help="a machine's file, or the name of a built-in one", autocompletion=complete_machines
-        ),
-    ],
+    machine: MachineArgument,
     out: Annotated[
         Path,
         typer.Option(

@@ -38,6 +38,7 @@ def text_option(help_: str, metavar: str) -> typer.models.OptionInfo:
 MachineArgument = Annotated[
     str,
     typer.Argument(
+        metavar="MACHINE",
         help="a machine file, the name of a built-in machine, or your mechanism's file: "
         "NAME.toml, or NAME of one here "
         "or in generated/",

@@ -9,13 +9,14 @@ from typing import Annotated
 import typer
 
 from planter.errors import InputError
-from planter.report.completion import complete_files, complete_machines
+from planter.report.completion import complete_files
 from planter.report.console import Console
 from planter.report.options import (
     ClusterOption,
     HoldOption,
     JsonOption,
     LeastOption,
+    MachineArgument,
     OutOption,
     SeedOption,
     SetOption,
@@ -125,12 +126,7 @@ lists all inputs and outputs. With --out finished work is saved: run the same co
 @app.command(help=TOLERANCE_HELP)
 @writes_files("summary.json", "tolerances.toml", "report.html")
 def tolerance(
-    machine: Annotated[
-        str,
-        typer.Argument(
-            help="machine file, or name of a built-in machine", autocompletion=complete_machines
-        ),
-    ],
+    machine: MachineArgument,
     tolerances: Annotated[Path | None, text_option("tolerances (TOML)", "FILE")] = None,
     output: Annotated[
         list[str] | None,

@@ -24,7 +24,9 @@ def studio(
     machine: Annotated[
         str | None,
         typer.Argument(
-            help="a machine's file, or the name of a built-in one", autocompletion=complete_machines
+            metavar="MACHINE",
+            help="a machine file, or the name of a built-in machine",
+            autocompletion=complete_machines,
         ),
     ] = None,
     folder: Annotated[
@@ -49,7 +51,7 @@ def studio(
     sliders, the drawing, curves, results and a local optimisation, but no requirements, teeth or
     certified optima.
 
-    planter studio wang2017 --static wang2017.html
+    For example: planter studio wang2017 --static wang2017.html
     """
     console = Console(as_json=False)
     with console.outcome():

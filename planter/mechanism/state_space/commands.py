@@ -27,6 +27,7 @@ def linearise_mechanism(
     mechanism: Annotated[
         str,
         typer.Argument(
+            metavar="MECHANISM",
             help="file (TOML) or name of a mechanism that moves freely",
             autocompletion=complete_machines,
         ),
@@ -53,7 +54,7 @@ def linearise_mechanism(
     outputs y, in SI units and radians. Constraints that follow from others are left out. The
     minimal form has states that no constraint ties to each other.
 
-    A pendulum on a cart: planter linearise cartpole.toml --input F_N --at rest --json
+    For example: planter linearise cartpole.toml --input F_N --at rest --json
     """
     console = Console(as_json)
     with console.outcome():

@@ -18,6 +18,7 @@ from planter.report.options import (
     OutOption,
     SeedOption,
     SetOption,
+    SpeedOption,
     parse_changes,
     text_option,
     writes_files,
@@ -75,9 +76,7 @@ def engage_clutch(
         ),
     ] = "quarter-sine",
     set_: SetOption = None,
-    speed_rpm: Annotated[
-        float | None, typer.Option(help="change the input speed for this call")
-    ] = None,
+    speed_rpm: SpeedOption = None,
     as_json: JsonOption = False,
     out: OutOption = None,
 ) -> None:
@@ -115,6 +114,7 @@ def evaluate_field(
     data: Annotated[
         str,
         typer.Argument(
+            metavar="RUNS",
             help="a CSV file of runs, or the name of a built-in one",
             autocompletion=complete_sources("clutch", ".csv"),
         ),
@@ -170,14 +170,18 @@ def parse_pairs(option: str, texts: Sequence[str]) -> dict[str, str]:
 @clutch.command(name="plan")
 @writes_files("plan.csv")
 def plan_field(
-    array: Annotated[str, typer.Argument(help="L4, L8, L9, L25 or L27")],
+    array: Annotated[str, typer.Argument(metavar="ARRAY", help="L4, L8, L9, L25 or L27")],
     factor: Annotated[
-        NamesOption, text_option("a factor and its levels [default: A, B, ...]", "NAME=LEVEL,...")
+        NamesOption,
+        text_option("a factor and its levels (repeatable) [default: A, B, ...]", "NAME=LEVEL,..."),
     ] = None,
     response: Annotated[
-        NamesOption, text_option("a column to be measured [default: Y1]", "NAME")
+        NamesOption, text_option("a column to be measured (repeatable) [default: Y1]", "NAME")
     ] = None,
-    seed: Annotated[int | None, typer.Option(min=0, help="shuffle the runs by this seed")] = None,
+    seed: Annotated[
+        int | None,
+        typer.Option(min=0, help="random seed, which shuffles the runs"),
+    ] = None,
     as_json: JsonOption = False,
     out: OutOption = None,
 ) -> None:

@@ -26,6 +26,7 @@ def analyse_pickup(
     config: Annotated[
         str,
         typer.Argument(
+            metavar="PICKUP",
             help="a pick-up's file (TOML), a CSV of points of its path (x_mm,y_mm), or the name "
             "of a built-in one",
             autocompletion=complete_sources("pickup"),
@@ -33,7 +34,9 @@ def analyse_pickup(
     ],
     at: Annotated[
         list[float] | None,
-        text_option("also report at this carrier angle from the farthest tip", "DEG"),
+        text_option(
+            "also report at this carrier angle, counted from the farthest tip (repeatable)", "DEG"
+        ),
     ] = None,
     optimise: Annotated[
         bool, typer.Option("--optimise", help="move the value points until the requirements hold")

@@ -71,6 +71,20 @@ def test_texts_on_the_page_are_escaped() -> None:
     assert "<script" not in text
 
 
+def test_conclusion_counts_faults_among_the_judged() -> None:
+    """An equation that nobody judged is not one without a fault."""
+    result = copy.deepcopy(verdicts.audit("yu2023"))
+    (counts,) = result["summary"].values()
+    total = sum(counts["equations"].values())
+    counts["equations"] = {"not judged": 5, "confirmed": total - 5}
+    page = present_audit(result, generated.sidecar("audit_mathml"))
+    assert f"{counts['at_fault']} of {total - 5} printed equations are at fault" in page.conclusion
+    assert f"5 of {total} are not judged" in page.conclusion
+    counts["equations"] = {"not judged": total}
+    page = present_audit(result, generated.sidecar("audit_mathml"))
+    assert "at fault" not in page.conclusion
+
+
 def test_equation_article_shows_all_findings() -> None:
     term = {"term": "m*g", "max_abs": 2.5, "unit": "N", "share_of_largest": 0.25}
     entry = {

@@ -128,7 +128,10 @@ def optimise(
         ),
     ] = None,
     seed: SeedOption = 0,
-    starts: Annotated[int | None, typer.Option(min=1, help="number of local searches")] = None,
+    starts: Annotated[
+        int | None,
+        typer.Option(min=1, help="number of local searches [default: 8; 3 with --all-pairs]"),
+    ] = None,
     front: Annotated[
         bool, typer.Option("--front", help="also compute the Pareto front of range and variance")
     ] = False,
