@@ -110,7 +110,7 @@ def write_template(
 ) -> None:
     """List files to start from, or write one.
 
-    They are machines, statements of mechanisms in Python, data, and a paper. No file is
+    They are machines, statements of mechanisms in Python, data, plans, and a paper. No file is
     overwritten, and the commands to type next are printed.
     """
     console = Console(as_json)

@@ -91,6 +91,18 @@ TEMPLATES = {
             "--fit mass.planet_kg=0.8:1.6 --fit offset_N=-20:20",
         ),
     ),
+    "sweep": Template(
+        "a plan that varies speed, a mass and a coefficient of wang2017",
+        "sweep_speed.toml",
+        "sweep.toml",
+        ("planter sweep {file} --out run",),
+    ),
+    "tolerances": Template(
+        "tolerances of wang2017: of masses, centroids, angles, speed",
+        "tolerances.toml",
+        "tolerances.toml",
+        ("planter tolerance wang2017 --tolerances {file} --out run",),
+    ),
     "paper": Template(
         "a paper in LaTeX with errors, tried against a mechanism",
         "slider_crank_text.tex",

@@ -53,7 +53,8 @@ Rows are computed in chunks of 10000. With --out finished chunks are saved: run 
 Results are the same for any number of workers. From 20000 rows on, all cores are used.
 
 \b
-    planter sweep docs/examples/sweep_speed.toml --out run
+    planter new sweep plan.toml
+    planter sweep plan.toml --out run
     planter sweep plan.toml --cluster tcp://host:8786
 """
 
@@ -116,8 +117,9 @@ Names are those of --set, or patterns; of several that match, the last counts. `
 lists all inputs and outputs. With --out finished work is saved: run the same command again to resume.
 
 \b
+    planter new tolerances tolerances.toml
     planter tolerance wang2017 --out run
-    planter tolerance wang2017 --tolerances docs/examples/tolerances.toml --sigmas 2
+    planter tolerance wang2017 --tolerances tolerances.toml --sigmas 2
     planter tolerance slider_crank.toml --tolerances t.toml --least "rms M_in" --vary values.r_mm=40:60
     planter tolerance wang2017 --output support_range_N --samples 1000000 --indices 0 --no-robust
 """

@@ -34,7 +34,7 @@ def follow(step: str) -> tuple[int, str, str]:
 def test_templates_are_listed() -> None:
     listed = answer("new")["templates"]
     assert listed.keys() == TEMPLATES.keys()
-    assert len(listed) == len(set(listed.values())) == 13
+    assert len(listed) == len(set(listed.values())) == 15
 
 
 @pytest.mark.parametrize("name", TEMPLATES)
