@@ -177,7 +177,8 @@ For example: planter export jax cartpole.toml --input F_N --out jax
 
 x' = f(t, x, u, p), y = g(t, x, u, p) and their derivatives by x, u, p; it links libm.
 
-For example: planter export rust cartpole.toml --out rust && rustc --crate-type rlib -O rust/cartpole.rs
+For example: planter export rust cartpole.toml --out rust &&
+rustc --crate-type rlib -O rust/cartpole.rs
 """,
 }
 """Help of the commands for each language."""

@@ -178,14 +178,17 @@ def _records(lines: Sequence[str], source: str) -> Iterator[tuple[int, tuple[str
             if longest > LONGEST:
                 raise InputError(_too_long(source, reader.line_num))
             if any(cell.strip() for cell in record):
-                cells = [cell.strip() for cell in record]
-                if separator != ",":
-                    cells = [safe_text.replace_decimal_comma(cell) or cell for cell in cells]
-                yield reader.line_num, tuple(cells)
+                yield reader.line_num, tuple(_read_cell(cell, separator) for cell in record)
     except csv.Error as error:
         if "field larger" in str(error):
             raise InputError(_too_long(source, reader.line_num)) from None
         raise InputError(f"{source}: line {reader.line_num} is not valid CSV: {error}") from None
+
+
+def _read_cell(cell: str, separator: str) -> str:
+    """Return a stripped cell; decimals have a comma where it does not separate columns."""
+    text = cell.strip()
+    return text if separator == "," else safe_text.replace_decimal_comma(text) or text
 
 
 def _too_long(source: str, line: int) -> str:
