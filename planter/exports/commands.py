@@ -44,7 +44,7 @@ app = typer.Typer()
 app.add_typer(export, name="export")
 
 
-FolderOption = Annotated[Path, typer.Option("--out", metavar="DIR", help="folder for the files")]
+FolderOption = Annotated[Path, text_option("folder for the files", "DIR")]
 
 
 InputsOption = Annotated[
@@ -61,7 +61,6 @@ InputsOption = Annotated[
 StabiliseOption = Annotated[
     float,
     typer.Option(
-        "--stabilise",
         metavar="RATE",
         min=0,
         help="of what moves freely: rate [1/s] at which gaps and slips decay, for integrators that "
