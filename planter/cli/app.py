@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+from itertools import chain
 from typing import Annotated, Any
 
 import typer
@@ -57,33 +58,30 @@ class Menu(TyperGroup):
         return super().resolve_command(ctx, menu.current_words(args))
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
-        """Write the commands, a section for each purpose, and a line with the others."""
-        width = max(len(name) for names in menu.SECTIONS.values() for name in names)
+        """Write the commands, a section for each purpose; the last names the others."""
+        width = max(map(len, chain(*menu.SECTIONS.values())))
         limit = formatter.width - 6 - width
-        sections = self.list_sections()
-        others = ", ".join(sections.pop(MORE))
-        for title, names in sections.items():
-            texts = (self.commands[name].get_short_help_str(limit) for name in names)
-            rows = [(f"{name:{width}}", text) for name, text in zip(names, texts, strict=True)]
+        for title, names in self.list_sections().items():
+            texts = {name: self.commands[name].get_short_help_str(limit) for name in names}
+            if title == MORE:
+                texts = {"help commands": f"Describe all, also {', '.join(names)}."}
+            rows = [(f"{name:{width}}", text) for name, text in texts.items()]
             with formatter.section(title):
                 formatter.write_dl(rows)
-        formatter.write_paragraph()
-        formatter.write_text(f"{MORE}: {others}; `planter help commands` describes all.")
 
     def list_commands(self, ctx: Any) -> list[str]:
         """Return the names in the order of the sections, then the short ones."""
-        return [*(name for names in self.list_sections().values() for name in names), *menu.SHORT]
+        return [*chain(*self.list_sections().values()), *menu.SHORT]
 
     def list_sections(self) -> dict[str, list[str]]:
         """Return names by section; the last one has those that no section of the menu names."""
-        sections = {**menu.SECTIONS, MORE: menu.MORE}
-        listed = {name for names in sections.values() for name in names}
-        present = {
-            title: [name for name in names if name in self.commands]
-            for title, names in sections.items()
-        }
-        present[MORE] += sorted(self.commands.keys() - listed)
-        return present
+        sections: dict[str, list[str]] = {}
+        unlisted = set(self.commands)
+        for title, names in {**menu.SECTIONS, MORE: menu.MORE}.items():
+            sections[title] = [name for name in names if name in self.commands]
+            unlisted -= {*names}
+        sections[MORE] += sorted(unlisted)
+        return sections
 
 
 def build_application() -> typer.Typer:

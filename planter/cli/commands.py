@@ -141,16 +141,15 @@ FileArgument = Annotated[
 ]
 FolderOption = Annotated[
     Path | None,
-    typer.Option("--out", help="folder to write to [default: generated, next to FILE]"),
+    typer.Option(help="folder to write to [default: generated, next to FILE]"),
 ]
 TargetOption = Annotated[
     list[str] | None,
-    typer.Option(
-        "--target",
-        metavar="NAME",
-        help="also write this language (repeatable): matlab (function files for MATLAB and "
-        "Octave), latex (the "
-        "derivation as a document with numbered equations), or one that an installed package offers",
+    text_option(
+        "also write this language (repeatable): matlab (function files for MATLAB and Octave), "
+        "latex (the derivation as a document with numbered equations), or one that an installed "
+        "package offers",
+        "NAME",
     ),
 ]
 

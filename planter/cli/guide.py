@@ -4,7 +4,7 @@ statements.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from importlib import resources
 from typing import TYPE_CHECKING, Any
 
@@ -63,19 +63,21 @@ def describe_commands(application: Menu) -> str:
     """Return the summaries of all commands by section, those of groups below their group."""
     parts = ["`planter COMMAND --help` describes one of them."]
     for title, names in application.list_sections().items():
-        rows = list(_list_summaries({name: application.commands[name] for name in names}))
-        width = max(len(call) for call, _ in rows)
-        parts += ["", f"{title}:", "", *(f"    {call:{width}}  {text}" for call, text in rows)]
+        summaries = dict(_list_summaries(application, names))
+        width = max(map(len, summaries))
+        rows = (f"    {call:{width}}  {text}" for call, text in summaries.items())
+        parts += ["", f"{title}:", "", *rows]
     return "\n".join(parts)
 
 
 def _list_summaries(
-    commands: Mapping[str, Any], prefix: str = "planter"
+    group: Any, names: Iterable[str], prefix: str = "planter"
 ) -> Iterator[tuple[str, str]]:
-    """Yield the call and the summary of each command, and of those below it."""
-    for name, command in commands.items():
-        yield f"{prefix} {name}", command.get_short_help_str(limit=100)
-        yield from _list_summaries(getattr(command, "commands", {}), f"{prefix} {name}")
+    """Yield the call and the summary of commands of a group, and of those below them."""
+    for name in names:
+        command, call = group.commands[name], f"{prefix} {name}"
+        yield call, command.get_short_help_str(limit=100)
+        yield from _list_summaries(command, getattr(command, "commands", ()), call)
 
 
 def format_guide(guide: Topics) -> str:

@@ -107,10 +107,10 @@ def refuse_machine(source: str) -> NoReturn:
             f"{source}: this is a statement in Python, but it must be a .toml file: "
             f"`planter derive {source}` writes one"
         )
-    tables = ", ".join(f"[{name}]" for name in parse_toml(read_source(source), source))
+    keys = ", ".join(parse_toml(read_source(source), source))
     raise InputError(
         f"{source}: this file does not describe a machine: it has "
-        f"{safe_text.sanitise_line(tables, 200) or 'no tables'}, which no kind of machine has; "
+        f"{safe_text.sanitise_line(keys, 200) or 'no tables'}, but no kind of machine has that; "
         f"`planter new` lists files to start from"
     )
 

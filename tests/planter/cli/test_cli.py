@@ -93,11 +93,18 @@ def test_examples_are_listed_printed_and_valid(tmp_path: Path) -> None:
 
 
 BAD = {
+    "no such machine": (("simulate", "wang2071"), r"did you mean wang2017\?"),
+    "no such file": (("simulate", "nowhere.toml"), r"nowhere\.toml"),
     "no number": (
         ("simulate", "wang2017", "--set", "sun_kg=heavy"),
         r"--set sun_kg=heavy: it must be NAME=VALUE",
     ),
     "no value": (("simulate", "wang2017", "--set", "sun_kg"), r"it must be NAME=VALUE"),
+    "unknown name": (("simulate", "wang2017", "--set", "sum_kg=1"), r"sum_kg .*did you mean"),
+    "negative mass": (
+        ("validate", "wang2017", "--set", "sun_kg=-0.4"),
+        r"mass\.sun_kg = -0\.4.*greater than 0",
+    ),
     "speed of zero": (
         ("simulate", "wang2017", "--speed-rpm", "0"),
         r"speed_rpm = 0.*greater than 0",
@@ -107,10 +114,15 @@ BAD = {
         r"--samples = 3: it must be between 4",
     ),
     "angle that is no number": (("simulate", "wang2017", "--at", "nan"), r"--at = nan:"),
+    "eccentricity": (
+        ("simulate", "wang2017", "--set", "e3_mm=31"),
+        r"design\.e3_mm = 31.*less than R",
+    ),
     "samples that are no number": (
         ("optimise", "wang2017", "--samples", "many"),
         r"--samples = many.*refined",
     ),
+    "unknown target": (("calibrate", "wang2017", "--target", "table2"), r"did you mean table1\?"),
     "decimal comma": (("validate", "wang2017", "--set", "sun_kg=0,4"), r"decimal point: 0\.4"),
     "output into a file": (("simulate", "wang2017", "--out", "/dev/null/x"), r"/dev/null/x"),
 }
@@ -126,7 +138,7 @@ WRONG_FILES = {
     "text.toml": ("hello world\n", r"text\.toml: line 1, column 7: .*TOML"),
     "empty.toml": ("", r"empty\.toml: .* no tables"),
     "twice.toml": ("[design]\n[design]\n", r"twice\.toml: line 2"),
-    "other.toml": ("[crop]\nrows = 2\n", r"other\.toml: .*\[crop\].*planter new"),
+    "other.toml": ("[crop]\nrows = 2\n", r"other\.toml: .*crop.*planter new"),
     "statement.py": ("x = 1\n", r"`planter derive statement\.py` writes one"),
 }
 """Files that are no machines by name, each with what is said of it."""
@@ -273,10 +285,12 @@ def test_help_says_where_names_stand_and_lists_every_choice(
             "law.phi5_far_deg = 1000000000000000.0",
         ),
         (("validate", "n" * 5000), "there is no built-in machine of that name"),
+        (("simulate", "n" * 5000), "there is no built-in machine of that name"),
         (("validate", "no\nsuch.toml"), r"no\nsuch.toml: there is no such file"),
         (("validate", "wang2017", "--set", "x" * 9_000 + "=1"), "the file has no such value"),
         (("validate", "wang2017", "--set", "x" * 100_000 + "=1"), "is too long"),
         (("validate", "wang2017", "--set", "\x1b[31m=1"), r"\u001b[31m"),
+        (("synthesise", "shi2021"), "this is a built-in TOML file for planter design clutch"),
         (("train", "sun2019"), "sun2019-curve or the path of a .csv file"),
     ],
 )
