@@ -155,12 +155,12 @@ class MechanismView:
             for key in self._list_moving(values)
         ]
 
-    def describe_sum(self, least: str | None) -> str:
+    def describe_sum(self, sum_text: str | None) -> str:
         """Return a sum of measures, or that of the file, in words with units."""
         from planter.mechanism.machines import build_machine
         from planter.mechanism.optimisation import StatedGoal
 
-        return StatedGoal.read(build_machine(self.file), least).describe()
+        return StatedGoal.read(build_machine(self.file), sum_text).describe()
 
     @property
     def lockable(self) -> Sequence[str]:

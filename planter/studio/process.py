@@ -71,11 +71,11 @@ class SearchEnding:
     reason: str
 
     @classmethod
-    def read(cls, summary: Mapping[str, Any] | None, stopped: bool, said: str) -> SearchEnding:
-        """Return the end of a command that said something at last."""
+    def read(cls, summary: Mapping[str, Any] | None, stopped: bool, last_line: str) -> SearchEnding:
+        """Return the end of a command from its summary and the last line of its progress."""
         if summary is not None and _has_result(summary):
             return cls(summary, "")
-        return cls(summary, "The search was stopped." if stopped else said)
+        return cls(summary, "The search was stopped." if stopped else last_line)
 
 
 def _has_result(summary: Mapping[str, Any]) -> bool:
