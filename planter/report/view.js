@@ -5,7 +5,6 @@ const SPEEDS = [0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2];
 const LETTER = 12.5, TALLEST = 544; // size of names, and height of a drawing, in pixels
 const LONGEST_BAR = 160; // of the scale, in pixels
 const MOST_NAMES = 12; // bodies that are named in a drawing
-const REACH = 12; // of a click, in pixels
 const SHORTEST = 2; // seconds that a cycle is shown for at first
 
 /** Series of float32, one after another, each of `moments` numbers; or what stands still or goes on evenly. */
@@ -419,6 +418,8 @@ class Ghost {
     return found && ((i) => found.at(this.motion.reached(motion.share(i))));
   }
 }
+
+const REACH = 12; // of a click, in pixels
 
 /** A mechanism with its controls, in an element that holds its picture; curves are in it too, or in a `place`. */
 export class Drawing {
