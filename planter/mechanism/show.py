@@ -159,11 +159,11 @@ class MechanismView:
             for quantity in self._list_moving(values)
         ]
 
-    def describe_sum(self, least: str | None) -> str:
+    def describe_sum(self, sum_text: str | None) -> str:
         """Return a sum of measures, or that of the file, in words with units."""
         from planter.mechanism.optimisation import StatedGoal
 
-        return StatedGoal.read(self._machine, least).describe()
+        return StatedGoal.read(self._machine, sum_text).describe()
 
     @property
     def lockable(self) -> Sequence[str]:

@@ -289,7 +289,7 @@ class AskingSearch(Protocol):
     def list_goal_quantities(self, values: Values) -> Sequence[GoalQuantity]:
         """Return the quantities that such a goal can be about."""
 
-    def describe_sum(self, least: str) -> str:
+    def describe_sum(self, sum_text: str) -> str:
         """Return a sum of measures in words with units. Raises InputError if it is no such sum."""
 
 

@@ -18,7 +18,6 @@ const BEND = 40; // what a bend costs, in pixels of a leader's length
 const PATIENCE = 4; // moments for which leaders that cross something stay, where there were no better ones
 const ENCLOSED = 0.02; // weight of leaving an outline that encloses the beginning of a leader
 const SIDES = [[1, -1], [-1, -1], [1, 1], [-1, 1], [0, -1], [0, 1], [1, 0], [-1, 0]]; // of a point, where its name can be
-const REACH = 12; // of a click, in pixels
 const SHORTEST = 2; // seconds that a cycle is shown for at first
 
 /** Series of float32, one after another, each of `moments` numbers; or what stands still or goes on evenly. */
@@ -714,6 +713,8 @@ class Ghost {
     return found && ((i) => found.at(this.motion.reached(motion.share(i))));
   }
 }
+
+const REACH = 12; // of a click, in pixels
 
 /** A mechanism with its controls, in an element that holds its picture; curves are in it too, or in a `place`. */
 export class Drawing {

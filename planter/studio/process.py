@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import json
 import re
 from collections.abc import Awaitable, Callable, Coroutine, Iterator, Mapping, Sequence
 from contextlib import suppress
@@ -18,6 +17,7 @@ from planter.files.fields import SET
 from planter.files.units import typeset_degrees
 from planter.report.folder import NAME as LIST
 from planter.report.folder import output_folder
+from planter.text_files import is_file, read_json
 
 Send = Callable[[dict[str, Any]], Awaitable[None]]
 HINTS = {
@@ -71,11 +71,11 @@ class SearchEnding:
     reason: str
 
     @classmethod
-    def read(cls, summary: Mapping[str, Any] | None, stopped: bool, said: str) -> SearchEnding:
-        """Return the end of a command that said something at last."""
+    def read(cls, summary: Mapping[str, Any] | None, stopped: bool, last_line: str) -> SearchEnding:
+        """Return the end of a command from its summary and the last line of its progress."""
         if summary is not None and _has_result(summary):
             return cls(summary, "")
-        return cls(summary, "The search was stopped." if stopped else said)
+        return cls(summary, "The search was stopped." if stopped else last_line)
 
 
 def _has_result(summary: Mapping[str, Any]) -> bool:
@@ -202,10 +202,9 @@ class StudioProcess:
 def _read_summary(file: Path) -> dict[str, Any] | None:
     """Return the content of a summary, None if there is none or it is being written."""
     try:
-        summary: dict[str, Any] = json.loads(file.read_text(encoding="utf-8"))
-    except (OSError, ValueError):
+        return read_json(file) if is_file(file) else None
+    except InputError:
         return None
-    return summary
 
 
 def _lines(text: str) -> Iterator[str]:

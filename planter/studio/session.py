@@ -267,7 +267,7 @@ class Session:
         starts than `plan` offers.
         """
         machine, model = self._searching, self._values_and_model(message)[1]
-        least, starts = self._asked_sum(message), message.get("starts", machine.starts)
+        sum_text, starts = self._read_sum(message), message.get("starts", machine.starts)
         if (
             isinstance(starts, bool)
             or not isinstance(starts, int)
@@ -283,7 +283,7 @@ class Session:
         out = path.with_name("out")
         options = ["--model", model] if len(self._open.models) > 1 else []
         options += ["--starts", str(starts)] if machine.starts > 1 else []
-        options += [f"--least={least}"] if least else []
+        options += [f"--least={sum_text}"] if sum_text else []
         closest = {str(out / CLOSEST_FILE): "B"}
         keys = {path.rpartition(".")[2]: self._names[path] for path in self._lockable}
         return {
@@ -296,11 +296,11 @@ class Session:
                 **self._names,
                 **machine.words,
             },
-            "goal": self._describe_goal(machine, least),
+            "goal": self._describe_goal(machine, sum_text),
             "starts": starts if machine.starts > 1 else 1,
         }
 
-    def _asked_sum(self, message: Message) -> str:
+    def _read_sum(self, message: Message) -> str:
         """Return the sum of measures that a page has asked for, empty for the goal of the file.
 
         Raises InputError if there is none of both, or if the page offers no such goal.
@@ -318,11 +318,11 @@ class Session:
         machine, values = self._open, self._values_and_model(message)[0]
         return machine.list_goal_quantities(values) if isinstance(machine, AskingSearch) else ()
 
-    def _describe_goal(self, machine: Searching, least: str) -> str:
-        if not least:
+    def _describe_goal(self, machine: Searching, sum_text: str) -> str:
+        if not sum_text:
             return machine.describe_goal()
         assert isinstance(machine, AskingSearch)
-        return machine.describe_sum(least)
+        return machine.describe_sum(sum_text)
 
     def _search_text(self, message: Message) -> str:
         """Return the file for a search, in which locked numbers have no room."""

@@ -486,10 +486,10 @@ function searching({ goal, starts }) {
   const from = starts === 1 ? "from this design" : `from ${starts} starts, this design and others within its bounds`;
   const fixed = locked() && `. Locked: ${locked()}`;
   $("goal").replaceChildren(...(goal ? [element("b", "", "Minimised: "), `${goal}; ${from}${fixed}.`] : []));
+  state.stopped = $("stop").disabled = false;
   progress("");
   best(null);
   search("running");
-  state.stopped = $("stop").disabled = false;
 }
 
 /** The best design that a search has so far, none at first. */
@@ -507,6 +507,7 @@ function use(found, title) {
 
 /** How far a stage of the search is, where its text counts steps. */
 function progress(text) {
+  if (state.stopped) return;
   const [, done, total] = text.match(/ (\d+) of (\d+)/) ?? [];
   const bar = $("search").querySelector("progress");
   if (total) Object.assign(bar, { value: Number(done), max: Number(total) });
@@ -529,6 +530,7 @@ function optimum({ optimum: found, reason }) {
 function stop() {
   state.stopped = true;
   $("stop").disabled = true;
+  $("progress").textContent = "Stopping; the best design so far is kept.";
   send({ ask: "stop" });
 }
 

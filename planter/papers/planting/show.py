@@ -290,7 +290,7 @@ class PlantingView:
         return self._list_readings(device, x, forces, loads)
 
     def refined(self, values: Values, model: str, quickly: bool = False) -> Sequence[Reading]:
-        """The same by true extremes; if `quickly`, without those of torque and cam."""
+        """Return the readings by true extremes; if `quickly`, those of torque and cam of samples."""
         from planter.engine.solvers.curve_sum import CurveSide
         from planter.engine.solvers.cycle_panels import CyclePanels
         from planter.papers.planting.objective import evaluate_true_extremes

@@ -19,7 +19,8 @@ from tests.support.browser import browser
 
 @contextmanager
 def studio(folder: Path, *arguments: str) -> Iterator[str]:
-    """The address of a studio of a folder."""
+    """The address of a studio of a folder, or of that of a file among the arguments."""
+    served = any(Path(argument).is_file() for argument in arguments)
     command = [
         sys.executable,
         "-m",
@@ -27,8 +28,7 @@ def studio(folder: Path, *arguments: str) -> Iterator[str]:
         "studio",
         *arguments,
         "--no-browser",
-        "--folder",
-        str(folder),
+        *([] if served else ["--folder", str(folder)]),
     ]
     with subprocess.Popen(
         command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True

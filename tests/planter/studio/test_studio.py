@@ -10,6 +10,7 @@ import urllib.error
 import urllib.request
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import pytest
 from playwright.sync_api import Page, expect
@@ -300,9 +301,9 @@ def test_own_mechanism_is_searched_for_its_objective(tmp_path: Path) -> None:
     for goal, starts in (({}, 1), ({"quantity": "A", "aim": plan["aims"][0]}, 1), (ASKED, 0)):
         with pytest.raises(InputError):
             session.search({"values": {}, "goal": goal, "starts": starts})
-    asked = session.search({"values": {}, "goal": ASKED, "starts": 3})
-    assert "--least=range F_Ox" in asked["command"]
-    assert asked["starts"] == 3
+    other = session.search({"values": {}, "goal": ASKED, "starts": 3})
+    assert "--least=range F_Ox" in other["command"]
+    assert other["starts"] == 3
     opened = session.open({"name": "stated.toml"})["opened"]
     assert opened["search"]
     assert opened["lockable"] == ["values.r_mm", "values.l_mm", "values.e_mm"]
@@ -311,7 +312,7 @@ def test_own_mechanism_is_searched_for_its_objective(tmp_path: Path) -> None:
     assert plan["goal"] == "range of force of ground on crank at O, x (F_Ox) [N]"
     assert words[words.index("--starts") + 1] == str(plan["starts"])
     optimum = command(*words[: words.index("--json")], "--starts", "2")
-    assert asked["goal"] == plan["goal"]
+    assert other["goal"] == plan["goal"]
     sought = session.sought({"answer": optimum})
     assert sought["values"] == {
         "values.l_mm": optimum["design"]["l_mm"],
@@ -364,6 +365,11 @@ def test_infeasible_search_hands_over_the_closest_design(tmp_path: Path) -> None
     assert any(not check["met"] for check in design["checks"])
 
 
+def to_table(readings: list[dict[str, Any]]) -> dict[str, float]:
+    """Values by name."""
+    return {reading["name"]: reading["value"] for reading in readings}
+
+
 def test_true_extremes_follow_those_of_samples(address: str) -> None:
     expected = simulated("wang2017", "--set", "design.R3_mm=30.8")
     with open_line(address, "wang2017") as talk:
@@ -371,10 +377,7 @@ def test_true_extremes_follow_those_of_samples(address: str) -> None:
         first, last = (message_with(talk, "readings") for _ in range(2))
     assert not first["refined"]
     assert last["refined"]
-    tables = [
-        {reading["name"]: reading["value"] for reading in readings}
-        for readings in (sampled, first["readings"], last["readings"])
-    ]
+    tables = [to_table(readings) for readings in (sampled, first["readings"], last["readings"])]
     assert tables[0]["objective (31), 360 samples"] == pytest.approx(expected["objective"])
     for table in tables[1:]:
         assert table["objective (31)"] == pytest.approx(expected["refined"]["objective"])
@@ -412,7 +415,8 @@ def test_machine_prepared_in_advance_is_that_of_its_file(tmp_path: Path) -> None
 
 
 MIDDLE = """([selector, name]) => {
-  const part = [...document.querySelectorAll(selector)].find((one) => one.querySelector("title")?.textContent === name);
+  const named = (one) => one.querySelector("title")?.textContent === name;
+  const part = [...document.querySelectorAll(selector)].find(named);
   const box = part.getBoundingClientRect();
   return [[(box.left + box.right) / 2, (box.top + box.bottom) / 2], part.dataset.point];
 }"""
