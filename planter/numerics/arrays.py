@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 
@@ -39,6 +39,14 @@ def rotation(angle: float) -> Array:
     """
     c, s = direction(angle)
     return np.array([[c, -s], [s, c]])
+
+
+def double_area(a: Any, b: Any, c: Any) -> Any:
+    """Return twice the signed area of the triangle a, b, c, positive if anticlockwise.
+
+    Points are pairs of numbers, of arrays (n,) or of graphs.
+    """
+    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 
 
 def to_degrees(angle: float) -> float:
