@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from planter.kernels import Array
-from planter.numerics.arrays import direction
+from planter.numerics.arrays import unit_vector
 from planter.report.scene import Body, Chain, Outline, Point
 
 COILS = 6
@@ -119,7 +119,7 @@ def _draw_cam(name: str, axis: Array, roller: Array, mark: Array, half: float) -
     yield Body(
         f"cam of {name}, path of the roller's centre", (outline,), tuple(axis), np.degrees(turn)
     )
-    circle = 0.7 * half * direction(ROUND).T
+    circle = 0.7 * half * unit_vector(ROUND).T
     yield Body(f"roller of {name}", (Outline(circle[:-1], "body", shade=4),), tuple(roller))
 
 
@@ -155,7 +155,7 @@ def draw_pitch_curves(
         polar, radii = pairs[0::2], pairs[1::2]
         outer = 1e3 * np.array([x, y])
         distance = 1e3 * (radii[0] + radii[1])
-        inner = outer - distance * direction(line)
+        inner = outer - distance * unit_vector(line)
         turns = line - polar[0], line + np.pi - polar[1]
         for k, (gear, centre) in enumerate(zip(gears, (inner, outer), strict=True)):
             if gear not in names:
@@ -167,11 +167,11 @@ def draw_pitch_curves(
 def _draw_pitch_curve(polar: Array, radius: Array, shade: int) -> Outline:
     """Return a pitch curve in its gear: a circle, or what the motion passes of it, at most once."""
     if np.ptp(radius) <= STILL * np.abs(radius).max():
-        circle = radius[0] * direction(ROUND).T
+        circle = radius[0] * unit_vector(ROUND).T
         return Outline(circle[:-1], "gear", shade=shade)
     passed = np.abs(np.unwrap(polar) - polar[0])
     first_turn = passed < TURN
-    points = radius[first_turn, None] * direction(polar).T[first_turn]
+    points = radius[first_turn, None] * unit_vector(polar).T[first_turn]
     step = float(np.diff(passed).max())
     closed = bool(passed.max() > TURN - 1.5 * step)
     return Outline(points, "gear" if closed else "mark", closed, shade)

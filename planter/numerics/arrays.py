@@ -26,18 +26,18 @@ def wrap_angle(angle: Angle, period: float = TURN) -> Angle:
     return wrapped
 
 
-def direction(angle: float | Array) -> Array:
+def unit_vector(angle: float | Array) -> Array:
     """Return the unit vector of an angle [rad], (2,) or (2, n)."""
     return np.array([np.cos(angle), np.sin(angle)])
 
 
-def rotation(angle: float) -> Array:
+def rotation_matrix(angle: float) -> Array:
     """Return the matrix (2, 2) of an anticlockwise rotation [rad].
 
-    >>> rotation(np.pi).round() @ [3.0, 1.0]
+    >>> rotation_matrix(np.pi).round() @ [3.0, 1.0]
     array([-3., -1.])
     """
-    c, s = direction(angle)
+    c, s = unit_vector(angle)
     return np.array([[c, -s], [s, c]])
 
 
