@@ -174,7 +174,6 @@ ANGLES = {
 DRAWN = {"report", "scene", "figures", "printed"}
 """Folders and modules of figures and scenes, which draw, and of what papers print."""
 BY_HAND = {
-    "papers/clutch/contact.py": "where a search starts",
     "papers/clutch/model.py": "direction of a line through two generated points",
     "papers/clutch/machines.py": (
         "lift of the link along the crank's angle, compared with the generated model in its test"

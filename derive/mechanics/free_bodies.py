@@ -134,7 +134,7 @@ def build_load_function(
     steps = needed((*named, *components), frozenset(step.symbol for step in components))
     free = frozenset[Symbol]().union(*(step.needs for step in steps))
     free -= frozenset[Symbol]().union(*(step.defines for step in steps))
-    others = sorted(free - set(inputs), key=str)
-    state = Vector("state", (*(symbol for symbol in inputs if symbol in free), *others))
+    further = sorted(free - set(inputs), key=str)
+    state = Vector("state", (*(symbol for symbol in inputs if symbol in free), *further))
     functions = build_function(LOADS, components, (state,), named)
     return functions, loads if functions else []

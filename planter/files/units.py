@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache
 
@@ -261,6 +262,11 @@ def display_key(name: str, si_unit: str) -> str:
             f"{name}: unit = {si_unit}: results can be in {', '.join(_SI)}, or without unit"
         )
     return f"{name}_{suffix}" if suffix else name
+
+
+def display_keys(entries: Iterable[Mapping[str, str]]) -> dict[str, str]:
+    """Return the keys of quantities, each with a name and a unit, by their names."""
+    return {entry["name"]: display_key(entry["name"], entry["unit"]) for entry in entries}
 
 
 def has_key(si_unit: str) -> bool:

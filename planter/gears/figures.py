@@ -20,7 +20,7 @@ from planter.gears.geometry.polygons import build_polygon
 from planter.gears.parts import PlacedGear
 from planter.gears.results import FrictionCurves
 from planter.kernels import Array
-from planter.numerics.arrays import TURN, rotation
+from planter.numerics.arrays import TURN, rotation_matrix
 from planter.report import style
 from planter.report.labels import clean_zero
 from planter.report.scene import Body, Curve, Event, Outline, Scene, refine_places, simplify_outline
@@ -195,7 +195,7 @@ def _draw_gear(
     axes: Axes, gear: Gear, angle: float, centre: tuple[float, float], shade: str
 ) -> None:
     outline, pitch = (
-        _MM * (line @ rotation(-angle) + np.asarray(centre))
+        _MM * (line @ rotation_matrix(-angle) + np.asarray(centre))
         for line in (_find_vertices(gear), gear.pitch_line.at(np.linspace(0, 1, 361)))
     )
     axes.fill(*outline.T, facecolor=shade, alpha=0.12, edgecolor="none")

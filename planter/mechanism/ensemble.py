@@ -276,7 +276,7 @@ def _summarise(
         for entry in (*vectors["start_state"], *vectors["outputs"])
         if all(entry["name"] in run.columns for run in computed)
     ]
-    keys = {entry["name"]: units.display_key(entry["name"], entry["unit"]) for entry in entries}
+    keys = units.display_keys(entries)
     curves = {
         key: np.array([run.columns[name] for run in computed]) / units.unit_factor(key)
         for name, key in keys.items()

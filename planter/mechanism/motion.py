@@ -74,7 +74,7 @@ def compute_motion(
     entries = [
         entry for entry in (*vectors["start_state"], *vectors["outputs"]) if entry["name"] in values
     ]
-    keys = {entry["name"]: units.display_key(entry["name"], entry["unit"]) for entry in entries}
+    keys = units.display_keys(entries)
     columns = {key: values[name] / units.unit_factor(key) for name, key in keys.items()}
     axes = {
         keys[name]: frame
@@ -140,7 +140,7 @@ def list_start_changes(dynamics: Dynamics) -> list[ChangedStart]:
 def _describe_equilibrium(dynamics: Dynamics) -> dict[str, Any]:
     state = equilibrium(dynamics)
     entries = dynamics.formulas.sidecar["vectors"]["start_state"][: dynamics.size]
-    keys = [units.display_key(entry["name"], entry["unit"]) for entry in entries]
+    keys = units.display_keys(entries).values()
     values = {
         key: float(value / units.unit_factor(key)) for key, value in zip(keys, state, strict=False)
     }

@@ -19,7 +19,7 @@ from planter.gears.request import GearOptions
 from planter.kernels import Array
 from planter.mechanism.file import MechanismFile
 from planter.mechanism.model import Model
-from planter.numerics.arrays import TURN, direction, wrap_angle
+from planter.numerics.arrays import TURN, unit_vector, wrap_angle
 from planter.report import files
 
 SAMPLES = 360
@@ -100,13 +100,13 @@ class MechanismMesh:
         start = {name: float(value[0]) for name, value in self._values(np.zeros(1)).items()}
         centre = np.array([start["x"], start["y"]]) * cut.sized.scale
         if self.gear == 0:
-            centre -= cut.sized.pair.distance * direction(start["line"])
+            centre -= cut.sized.pair.distance * unit_vector(start["line"])
         way = start["line"] + np.pi * self.gear
         for number, gear, (angle, shift, _) in zip(
             (self.gear, self.slow), cut.gears, cut.mesh.places(np.zeros(1)), strict=True
         ):
             turned = way + float(angle[0])
-            x, y = centre + float(shift[0]) * direction(way)
+            x, y = centre + float(shift[0]) * unit_vector(way)
             key = start["line"] + np.pi * number - start[f"polar_{number + 1}"] - turned
             yield PlacedGear(gear, turned, (float(x), float(y)), float(wrap_angle(np.asarray(key))))
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 
@@ -26,19 +26,27 @@ def wrap_angle(angle: Angle, period: float = TURN) -> Angle:
     return wrapped
 
 
-def direction(angle: float | Array) -> Array:
+def unit_vector(angle: float | Array) -> Array:
     """Return the unit vector of an angle [rad], (2,) or (2, n)."""
     return np.array([np.cos(angle), np.sin(angle)])
 
 
-def rotation(angle: float) -> Array:
+def rotation_matrix(angle: float) -> Array:
     """Return the matrix (2, 2) of an anticlockwise rotation [rad].
 
-    >>> rotation(np.pi).round() @ [3.0, 1.0]
+    >>> rotation_matrix(np.pi).round() @ [3.0, 1.0]
     array([-3., -1.])
     """
-    c, s = direction(angle)
+    c, s = unit_vector(angle)
     return np.array([[c, -s], [s, c]])
+
+
+def double_area(a: Any, b: Any, c: Any) -> Any:
+    """Return twice the signed area of the triangle a, b, c, positive if anticlockwise.
+
+    Points are pairs of numbers, of arrays (n,) or of graphs.
+    """
+    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 
 
 def to_degrees(angle: float) -> float:

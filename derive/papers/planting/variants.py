@@ -242,11 +242,11 @@ def build_relaxed_system() -> System:
     _add_energies(device)
     reported = (*q.REPORTED_EXACT, *LOSSES, *POWERS.values(), s.T_side, s.V_side)
     inputs, rates = (*q.INPUTS, LIFTED), sorted(COORDINATES.difference(reported), key=str)
-    known = (q.phi, *(entry for packed in inputs for entry in join_entries(packed)))
+    entries = (q.phi, *(entry for packed in inputs for entry in join_entries(packed)))
     (loads,), texts = build_load_function(
-        device, (*known, *q.TOTALS, *reported, *rates), ACROSS_SHAFTS
+        device, (*entries, *q.TOTALS, *reported, *rates), ACROSS_SHAFTS
     )
-    state = [symbol for symbol in join_entries(loads.inputs[0]) if symbol not in known]
+    state = [symbol for symbol in join_entries(loads.inputs[0]) if symbol not in entries]
     shared = set(device.assembly.unknowns).difference(device.unknowns)
     of_side = (*reported, *(symbol for symbol in state if symbol not in shared))
     of_both = dict.fromkeys((*q.TOTALS, *(symbol for symbol in state if symbol in shared)))

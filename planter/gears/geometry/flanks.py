@@ -20,6 +20,7 @@ from planter.errors import GeometryError
 from planter.gears.geometry.pitch_curves import KAPPA, POLAR, RACK, PitchCurve
 from planter.kernels import Array, Integers, formulas
 from planter.numerics import roots
+from planter.numerics.arrays import double_area
 
 
 @dataclass(frozen=True)
@@ -461,15 +462,10 @@ def _find_chords(line: Array, other: Array) -> tuple[int, int] | None:
     """
     a, b = line[:, :-1, None], line[:, 1:, None]
     c, d = other[:, None, :-1], other[:, None, 1:]
-    across = (_double_area(a, b, c) * _double_area(a, b, d) < 0) & (
-        _double_area(c, d, a) * _double_area(c, d, b) < 0
+    across = (double_area(a, b, c) * double_area(a, b, d) < 0) & (
+        double_area(c, d, a) * double_area(c, d, b) < 0
     )
     if not across.any():
         return None
     first = int(np.argmax(across.any(axis=1)))
     return first, int(np.argmax(across[first]))
-
-
-def _double_area(a: Array, b: Array, c: Array) -> Array:
-    """Return twice the area of the triangle a, b, c."""
-    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])

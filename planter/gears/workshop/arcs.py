@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from planter.errors import ComputationError
 from planter.gears.geometry.pieces import Piece
 from planter.kernels import Array
-from planter.numerics.arrays import rotation
+from planter.numerics.arrays import rotation_matrix
 
 
 def tabulate_outline(pieces: Sequence[Piece], steps: int) -> dict[str, Array]:
@@ -111,7 +111,7 @@ class Arcs:
 
     def moved(self, turn: float, shift: tuple[float, float] | Array = (0.0, 0.0)) -> Arcs:
         """Return the curve rotated about the origin by `turn` [rad], then shifted [m]."""
-        return replace(self, vertices=self.vertices @ rotation(-turn) + np.asarray(shift))
+        return replace(self, vertices=self.vertices @ rotation_matrix(-turn) + np.asarray(shift))
 
 
 def interpolate_arcs(start: Array, chord: Array, half: Array, share: Array) -> Array:

@@ -244,7 +244,7 @@ def tabulate_contour(profile: Profile, entries: Sequence[dict[str, str]]) -> dic
     angles = np.unique(np.concatenate([np.arange(0, 2 * np.pi, _STEP), profile.breaks]))
     angles = angles[np.append(np.diff(angles) > _ANGLE_TOLERANCE, True)]
     columns: Columns = profile.course(angles)
-    keys = {entry["name"]: units.display_key(entry["name"], entry["unit"]) for entry in entries}
+    keys = units.display_keys(entries)
     return {
         "cam_deg": np.degrees(angles),
         **{key: columns[name] / units.unit_factor(key) for name, key in keys.items()},

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from planter.errors import ComputationError, Interrupted
 from planter.kernels import Array, Kernel, formulas
-from planter.numerics.arrays import direction
+from planter.numerics.arrays import unit_vector
 from planter.papers.clutch.file import ClutchFile
 from planter.papers.clutch.modal_engagement import FACTORS, PAPERS, build_engagement
 from planter.papers.clutch.model import (
@@ -472,7 +472,7 @@ SEARCH = {"xatol": 1e-7, "fatol": 1e-7}
 def _starts() -> Array:
     """Eccentricities [mm] from where the search begins."""
     angles = np.arange(6) * np.pi / 3
-    return np.vstack([np.zeros(2), 0.4 * direction(angles).T])
+    return np.vstack([np.zeros(2), 0.4 * unit_vector(angles).T])
 
 
 def restart_state(run_end: Array) -> Array:

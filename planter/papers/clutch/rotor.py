@@ -17,7 +17,7 @@ import scipy
 from planter.errors import GeometryError
 from planter.kernels import Array, formulas
 from planter.numerics import extrema
-from planter.numerics.arrays import direction, rotation
+from planter.numerics.arrays import rotation_matrix, unit_vector
 from planter.papers.clutch.results import CornerPath, Harmonic, Oval, PolygonFit, Sliding, SlidPath
 
 MOST = 99
@@ -112,7 +112,7 @@ class Rotor:
         pairs = self.sides // 2
         reach = self.supports(rotation)
         middle = (reach[:pairs] - reach[pairs:]) / 2
-        rows = direction(self.normals[:pairs]).T
+        rows = unit_vector(self.normals[:pairs]).T
         centroid = np.linalg.solve(rows[:2], -middle[:2])
         gaps: Array = middle + rows @ centroid
         return gaps
@@ -197,7 +197,7 @@ class Rotor:
         theta = np.linspace(*self.passage, points)
         at = self.path(theta)
         arc = np.array([at["x_C"], at["y_C"]])[:, ::-1]
-        return np.hstack([rotation(i * self.turn) @ arc for i in range(self.sides + 1)])[
+        return np.hstack([rotation_matrix(i * self.turn) @ arc for i in range(self.sides + 1)])[
             :, : self.sides * points + 1
         ]
 
@@ -307,9 +307,9 @@ def body_outline(rotor: Rotor, rotation: float, centroid: Array, points: int = 2
     parts = []
     for i in range(rotor.vertices):
         vertex = rotation + 2 * i * arc
-        about = rho * direction(vertex)
+        about = rho * unit_vector(vertex)
         directions = vertex + math.pi + angles
-        parts.append(about[:, None] + rotor.width * direction(directions))
+        parts.append(about[:, None] + rotor.width * unit_vector(directions))
     order = sorted(range(rotor.vertices), key=lambda i: (2 * i * arc + math.pi) % (2 * math.pi))
     body_points: Array = np.hstack([parts[i] for i in order]) + np.asarray(centroid)[:, None]
     return body_points
@@ -325,5 +325,5 @@ def polygon_outline(sides: int, apothem: float, fillet: float = 0.0, points: int
     for i in range(sides + 1):
         corner = math.pi / 2 + (i + 0.5) * turn
         angles = corner + np.linspace(-turn / 2, turn / 2, points if fillet else 1)
-        parts.append(centre * direction(corner)[:, None] + fillet * direction(angles))
+        parts.append(centre * unit_vector(corner)[:, None] + fillet * unit_vector(angles))
     return np.hstack(parts)

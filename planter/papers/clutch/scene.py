@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planter.kernels import Array, Integers, formulas
-from planter.numerics.arrays import TURN, direction
+from planter.numerics.arrays import TURN, unit_vector
 from planter.papers.clutch.model import SIDES, VERTICES, CrankLinkage, collect_values, load_model
 from planter.papers.clutch.rotor import Rotor, body_outline, polygon_outline
 from planter.report import style
@@ -60,8 +60,8 @@ def _polygon(values: Mapping[str, float]) -> Sheet:
     body = body_outline(rotor, np.radians(direction_angle(middle, c)), middle / _MM).T * _MM
     hexagon = polygon_outline(SIDES, rotor.width / 2).T[:-1] * _MM
     axis, centre = rotor.ellipse["axis"], np.array([sizes["x_E"], sizes["y_E"]]) * _MM
-    major, minor = direction(axis), direction(axis + np.pi / 2)
-    oval = centre + _MM * (direction(_TURN).T @ [sizes["s_1"] * major, sizes["s_2"] * minor])
+    major, minor = unit_vector(axis), unit_vector(axis + np.pi / 2)
+    oval = centre + _MM * (unit_vector(_TURN).T @ [sizes["s_1"] * major, sizes["s_2"] * minor])
     bodies = (
         Body("hexagon", (Outline(hexagon, "frame"), Outline(oval, "mark"))),
         Body("body", (Outline(body, "body", shade=0),)),
@@ -98,8 +98,8 @@ def _teeth(values: Mapping[str, float]) -> Sheet:
     teeth = load_model().at("teeth", flats=values["flats"], r=values["r"])
     tip, root, flats, fillet = (_MM * values[name] for name in ("b1", "b2", "flats", "r"))
     section = polygon_outline(SIDES, flats / 2, fillet).T
-    corner = (flats / 2 - fillet) / np.cos(np.pi / SIDES) * direction(np.pi / 2 + np.pi / SIDES)
-    circle = direction(_TURN).T
+    corner = (flats / 2 - fillet) / np.cos(np.pi / SIDES) * unit_vector(np.pi / 2 + np.pi / SIDES)
+    circle = unit_vector(_TURN).T
     bodies = (
         Body("shaft", (Outline(section, "body", closed=False, shade=1),)),
         Body("tips and roots", (Outline(tip * circle, "mark"), Outline(root * circle, "mark"))),
@@ -110,7 +110,7 @@ def _teeth(values: Mapping[str, float]) -> Sheet:
         Length(("flat_to_flat_mm",), np.array([0.0, -flats / 2]), np.array([0.0, flats / 2]), 0.75),
         Length(("r",), corner, corner * (1 + fillet / float(np.hypot(*corner)))),
         Length(("b1",), centre, np.array([tip, 0.0]), 0.6),
-        Length(("b2",), centre, root * direction(0.6), 0.7),
+        Length(("b2",), centre, root * unit_vector(0.6), 0.7),
         Angle(
             ("xi",), np.array([_MM * teeth["b1"], 0.0]), -float(face), 2 * float(face), 0.2 * flats
         ),
@@ -147,7 +147,7 @@ def draw_linkage(linkage: CrankLinkage, travel: float, gear: float) -> tuple[Bod
     both = linkage.evaluate(np.array([0.0, travel]))
     first, last = _MM * np.column_stack([both["pin_x"], both["pin_y"]])
     sleeves = [_MM * np.array([linkage.distance + way, 0.0]) for way in (0.0, travel)]
-    circle = _MM * gear * direction(_TURN).T
+    circle = _MM * gear * unit_vector(_TURN).T
     bars = (
         Outline(np.array([axis, first, sleeves[0]]), "frame", closed=False),
         Outline(np.array([axis, last, sleeves[1]]), "before", closed=False),
@@ -173,7 +173,7 @@ def _linkage(values: Mapping[str, float]) -> Sheet:
         Length(("l_AB",), axis, pin, 0.8),
         Length(("l_BC",), pin, sleeve),
         Length(("l_AC",), axis, sleeve, 0.6),
-        Length(("r_A",), axis, _MM * values["r_A"] * direction(-1.0), 0.7),
+        Length(("r_A",), axis, _MM * values["r_A"] * unit_vector(-1.0), 0.7),
         Length(("c",), sleeve, bodies[2].outlines[0].points[2]),
         Spot(("pin_x", "pin_y"), pin),
         Angle(("crank_angle",), axis, 0, turned[0], 0.45 * size),

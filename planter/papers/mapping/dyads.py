@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 
 from planter.errors import ComputationError, InputError
 from planter.kernels import Array
-from planter.numerics.arrays import direction
+from planter.numerics.arrays import unit_vector
 from planter.papers.mapping import model
 from planter.papers.mapping.results import Pair, StraightFound
 
@@ -476,7 +476,7 @@ def _lines(basis: Array) -> list[Array]:
 
 def _directions() -> Array:
     angles = np.pi * np.arange(CUTS) / CUTS
-    return direction(angles).T
+    return unit_vector(angles).T
 
 
 def fit_dyads(poses: Array) -> Solution:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planter.kernels import Array
-from planter.numerics.arrays import TURN, direction, rotation
+from planter.numerics.arrays import TURN, rotation_matrix, unit_vector
 from planter.papers.mapping import model
 from planter.papers.mapping.synthesis import Linkage, Synthesis
 from planter.papers.mapping.train import Training, polar_curves
@@ -162,7 +162,9 @@ def draw_poses(poses: Array) -> Body:
     arrow = length * np.array([[0.0, 0.0], [1.0, 0.0], [0.8, 0.08], [1.0, 0.0], [0.8, -0.08]])
     arrows = []
     for x, y, angle in poses:
-        arrows.append(Outline(arrow @ rotation(-angle) + [MM * x, MM * y], "mark", closed=False))
+        arrows.append(
+            Outline(arrow @ rotation_matrix(-angle) + [MM * x, MM * y], "mark", closed=False)
+        )
     return Body("poses", arrows)
 
 
@@ -194,7 +196,7 @@ def _arm(training: Training, start: float) -> list[Outline]:
     if training.dyad is None:
         return []
     places = MM * training.train.motion(training.dyad)["places"][:, 0]
-    offset = (places[:2] - places[2:]) @ rotation(np.radians(start))
+    offset = (places[:2] - places[2:]) @ rotation_matrix(np.radians(start))
     return [Outline(np.array([[0.0, 0.0], offset]), "frame", closed=False)]
 
 
@@ -278,7 +280,7 @@ def outline_gears(training: Training) -> list[Array]:
     bend = np.pi if training.crank is None else training.train.bend(training.crank)
     towards = np.array([0.0, np.pi, np.pi - bend, -bend])
     senses = (1, -1, -1, 1)
-    return [MM * radii[k] * direction(towards[k] + senses[k] * psi[k]) for k in range(4)]
+    return [MM * radii[k] * unit_vector(towards[k] + senses[k] * psi[k]) for k in range(4)]
 
 
 def draw_train_bodies(training: Training) -> tuple[Body, Body]:
@@ -354,7 +356,7 @@ def _draw_dyads(synthesis: Synthesis) -> list[Body]:
     poses = synthesis.poses
     extent = float(np.ptp(poses[:, :2], axis=0).max()) or 1.0
     bodies = [draw_poses(poses)]
-    circle = direction(DENSE).T
+    circle = unit_vector(DENSE).T
     for number, dyad in enumerate(synthesis.solution.dyads):
         if dyad.radius < _WIDEST * extent:
             hinges = model.place_point(poses, dyad.point)

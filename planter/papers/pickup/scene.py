@@ -9,7 +9,7 @@ import numpy as np
 
 from planter.kernels import Array
 from planter.kernels.formulas import load
-from planter.numerics.arrays import TURN, direction, rotation
+from planter.numerics.arrays import TURN, rotation_matrix, unit_vector
 from planter.papers.pickup.file import Pickup
 from planter.papers.pickup.gears import Locking, compute_locking_arcs
 from planter.papers.pickup.law import NEEDLE
@@ -88,7 +88,7 @@ def build_pickup_scene(machine: Pickup, train: PickupTrain, before: Array | None
 def _tube(x: float, y: float, radius: float) -> Outline:
     """A point that the path must pass, with its tolerance."""
     angles = np.linspace(0, TURN, 37)
-    return Outline(radius * direction(angles).T + [x, y], "mark")
+    return Outline(radius * unit_vector(angles).T + [x, y], "mark")
 
 
 def _gears(train: PickupTrain, t: Array, state: dict[str, Array]) -> tuple[Body, Body]:
@@ -127,9 +127,9 @@ def outline_locking_arcs(train: PickupTrain, arcs: Locking) -> tuple[Array, Arra
         np.linspace(dwell.start, dwell.end, 181),
         np.linspace(-arcs.reaches[0], arcs.reaches[1], 121),
     )
-    seen = arcs.radius * direction(concave) - np.array([[train.geometry.a1], [0.0]])
+    seen = arcs.radius * unit_vector(concave) - np.array([[train.geometry.a1], [0.0]])
     arm_angle = float(train.law.arm(np.array([dwell.start]))[0])
-    return arcs.radius * direction(convex), rotation(-arm_angle) @ seen
+    return arcs.radius * unit_vector(convex), rotation_matrix(-arm_angle) @ seen
 
 
 def _carrier(t: Array, state: dict[str, Array]) -> Body:
@@ -145,7 +145,7 @@ def _arm(machine: Pickup, train: PickupTrain, t: Array, state: dict[str, Array])
     entry = CellEntry(train, Cell.from_pickup(machine))
     heading = train.arm_heading(t)
     corners = entry.to_frame(entry.needle(0.0)) * _MM - [state["x_S"][0], state["y_S"][0]]
-    needle = corners @ rotation(heading[0]) + [length, 0.0]
+    needle = corners @ rotation_matrix(heading[0]) + [length, 0.0]
     bar = Outline(np.array([[0.0, 0.0], [length, 0.0]]), "frame", closed=False)
     return Body(
         "arm and needle",

@@ -23,6 +23,7 @@ from planter.gears.geometry.flanks import TEETH
 from planter.gears.geometry.stage import Stage
 from planter.kernels import Array, Kernel, formulas
 from planter.numerics import roots
+from planter.numerics.arrays import double_area
 from planter.numerics.extrema import find_stationary_points
 from planter.papers.planting.model import Device
 
@@ -340,7 +341,7 @@ class NozzleMotion:
         pairs = ((first, second), (second, first))
         ends = [_distance_to_segment(p, *target) for points, target in pairs for p in points]
         distance = ca.fmin(ca.fmin(ends[0], ends[1]), ca.fmin(ends[2], ends[3]))
-        sides = [_signed_area(*line, p) * _signed_area(*line, q) for line, (p, q) in pairs]
+        sides = [double_area(*line, p) * double_area(*line, q) for line, (p, q) in pairs]
         crossing = ca.logic_and(sides[0] < 0, sides[1] < 0)
         return ca.if_else(crossing, -distance, distance)
 
@@ -354,10 +355,3 @@ def _distance_to_segment(p: ca.SX, a: ca.SX, b: ca.SX) -> ca.SX:
     """Return the distance of a point from the segment from a to b."""
     share = ca.dot(p - a, b - a) / ca.sumsqr(b - a)
     return ca.sqrt(ca.sumsqr(p - a - ca.fmin(ca.fmax(share, 0), 1) * (b - a)) + 1e-18)
-
-
-def _signed_area(a: ca.SX, b: ca.SX, p: ca.SX) -> ca.SX:
-    """Return twice the signed area of a triangle, whose sign says on which side of a line a point
-    lies.
-    """
-    return (b[0] - a[0]) * (p[1] - a[1]) - (b[1] - a[1]) * (p[0] - a[0])

@@ -14,7 +14,7 @@ import numpy as np
 from planter.kernels import Array
 from planter.kernels.formulas import load as load_formulas
 from planter.mechanism.labelled import LOADS, group_loads
-from planter.numerics.arrays import rotation
+from planter.numerics.arrays import rotation_matrix
 from planter.papers.planting.file import load
 from planter.papers.planting.lifted import NAME, LiftedModel
 from planter.papers.planting.model import SIDES, Device
@@ -83,7 +83,7 @@ def _at(columns: At, name: str) -> Array:
 
 
 def _turned(vector: Sequence[float] | Array, degrees: float) -> Array:
-    return rotation(np.radians(degrees)) @ np.asarray(vector, dtype=float)
+    return rotation_matrix(np.radians(degrees)) @ np.asarray(vector, dtype=float)
 
 
 def _angles(device: Device) -> dict[str, float]:
@@ -264,7 +264,7 @@ def cut_bodies(source: str, changes: Mapping[str, float], angle_deg: float) -> F
     device = Device(load(source, changes), "exact")
     model, formulas = LiftedModel(device), load_formulas(NAME)
     turn = model.turn(np.radians([angle_deg]))
-    known = {
+    values = {
         **dict(zip(formulas.entries("mounting"), device.design, strict=False)),
         **dict(zip(formulas.entries("machine"), device.constants, strict=True)),
         **dict(zip(("a1", "a2"), device.centre_distances(device.design), strict=True)),
@@ -274,7 +274,7 @@ def cut_bodies(source: str, changes: Mapping[str, float], angle_deg: float) -> F
     for angle, side in zip(SIDES, (turn.one, turn.two), strict=True):
         moving = {name: row[0] for name, row in {**side, **turn.totals}.items()}
         moving["phi"] = np.radians(angle_deg) + angle
-        loads.append(formulas.pick(LOADS, known | moving))
+        loads.append(formulas.pick(LOADS, values | moving))
     components, second = loads
     entries: list[Mapping[str, Any]] = list(formulas.sidecar["loads"])
     for number, entry in enumerate(formulas.sidecar["loads"], 1):

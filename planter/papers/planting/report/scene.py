@@ -15,7 +15,7 @@ from planter.files import units
 from planter.gears.geometry.cutting import DEFAULT_MODULE, ToothOrder
 from planter.gears.geometry.polygons import build_polygon
 from planter.kernels import Array
-from planter.numerics.arrays import rotation
+from planter.numerics.arrays import rotation_matrix
 from planter.papers.planting.model import Device
 from planter.papers.planting.toothed import Gearing, cut_gear_train, locate_pitch_curves
 from planter.report.scene import (
@@ -189,7 +189,7 @@ def _side(
         cut[1:3],
     )
     planet = gears.curves[3].points.T - b1
-    planet_outline = Outline(planet @ rotation(-np.radians(mounted)), "gear", shade=3)
+    planet_outline = Outline(planet @ rotation_matrix(-np.radians(mounted)), "gear", shade=3)
     outlines = [planet_outline, *_nozzle(device)]
     planet_teeth = [replace(body, turn=body.turn + mounted) for body in cut[3:]]
     nozzle = Body(
