@@ -20,7 +20,6 @@ from planter.report.options import (
     SetOption,
     SpeedOption,
     describe_motion_formats,
-    parse_changes,
     refuse_unused,
     text_option,
     writes_files,
@@ -81,32 +80,24 @@ def _load_subject(
 
     Raises InputError for an option without effect on it.
     """
+    from planter.engine.machine import Machine
     from planter.errors import InputError
     from planter.mechanism.dynamics import Dynamics
-    from planter.mechanism.machines import find_free_motion
+    from planter.mechanism.simulate_command import open_source
     from planter.mechanism.state_space.model import DynamicsModel
 
-    mechanism = find_free_motion(source, parse_changes(set_))
-    if mechanism is not None:
-        refuse_unused(f"since {mechanism.name} moves freely", "--model", "--speed-rpm")
-        dynamics = Dynamics(mechanism)
-        if dynamics.impacts:
-            raise InputError(
-                f"{mechanism.source}: {', '.join(dynamics.impacts)}: rates jump there, which no "
-                f"export does; state the contact by `compliant_contact`"
-            )
-        return DynamicsModel(dynamics, inputs or (), stabilise)
-    refuse_unused("since an angle drives the machine", "--input", "--stabilise")
-    return _load_machine(source, model, set_, speed_rpm)
-
-
-def _load_machine(
-    source: str, model: ModelName, set_: Sequence[str] | None, speed_rpm: float | None
-) -> Machine:
-    from planter.engine.machine import load_driven_machine
-
-    choices = {} if model is ModelName.exact else {"model": model.value}
-    return load_driven_machine(source, parse_changes(set_), speed_rpm, **choices)
+    opened = open_source(source, set_, speed_rpm, model)
+    if isinstance(opened, Machine):
+        refuse_unused("since an angle drives the machine", "--input", "--stabilise")
+        return opened
+    refuse_unused(f"since {opened.name} moves freely", "--model", "--speed-rpm")
+    dynamics = Dynamics(opened)
+    if dynamics.impacts:
+        raise InputError(
+            f"{opened.source}: {', '.join(dynamics.impacts)}: rates jump there, which no "
+            f"export does; state the contact by `compliant_contact`"
+        )
+    return DynamicsModel(dynamics, inputs or (), stabilise)
 
 
 def _write_files(console: Console, out: Path, texts: Mapping[str, str | bytes]) -> None:
@@ -240,9 +231,10 @@ def motion(
         from planter.exports.motion_tables import FORMATS
         from planter.exports.quantities import build_motion
         from planter.exports.results import MotionWritten
+        from planter.mechanism.simulate_command import open_machine
         from planter.report.files import write_all
 
-        driven = _load_machine(machine, model, set_, speed_rpm)
+        driven = open_machine(machine, set_, speed_rpm, model)
         motion_ = build_motion(driven, turns, samples)
         paths = write_all(out, FORMATS[format_](motion_))
         result = MotionWritten(

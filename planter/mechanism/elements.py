@@ -13,7 +13,7 @@ import casadi as ca
 import numpy as np
 
 from planter.kernels import Array
-from planter.numerics.arrays import direction
+from planter.numerics.arrays import unit_vector
 from planter.report.scene import Body, Outline
 
 COILS = 6
@@ -30,7 +30,7 @@ STILL = 1e-9
 """Change of a direction below which a guide does not turn."""
 DEGREES = 180 / np.pi
 MILLIMETRES = 1e3
-CIRCLE = direction(np.radians(np.arange(0.0, 360.0, 3.0))).T
+CIRCLE = unit_vector(np.radians(np.arange(0.0, 360.0, 3.0))).T
 GROUND_MARK = np.array([[0.0, 0.0], [-0.6, -1.0], [0.6, -1.0]])
 """Triangle below a point of the ground, in parts of its size."""
 BLOCK = np.array([[-1.6, -1.0], [1.6, -1.0], [1.6, 1.0], [-1.6, 1.0]])
