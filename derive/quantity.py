@@ -296,8 +296,8 @@ def find_factor(key: str) -> Expr:
     (5/18, 1)
     """
     endings = {f"_{unit.ending}": unit.factor for unit in SHOWN.values()}
-    found = [ending for ending in endings if key.endswith(ending)]
-    return endings[max(found, key=len)] if found else sp.S.One
+    matching = [ending for ending in endings if key.endswith(ending)]
+    return endings[max(matching, key=len)] if matching else sp.S.One
 
 
 SECTION = "values"
@@ -404,8 +404,8 @@ def _quantity(cells: list[str], source: str, section: str) -> Quantity:
             "a line says name | unit | meaning, and for data also | value | lower upper"
         )
     name, written_unit, meaning = cells[:3]
-    shown = SHOWN.get(written_unit)
-    unit = shown.si if shown else written_unit
+    converted = SHOWN.get(written_unit)
+    unit = converted.si if converted else written_unit
     try:
         of_unit(unit)
     except KeyError as error:
@@ -414,7 +414,7 @@ def _quantity(cells: list[str], source: str, section: str) -> Quantity:
             f"{', '.join(SHOWN)} are"
         ) from None
     si_ending = unit.replace("/", "_").replace(" ", "_").replace(".", "")
-    ending = shown.ending if shown else _ENDINGS.get(unit, si_ending)
+    ending = converted.ending if converted else _ENDINGS.get(unit, si_ending)
     key = f"{section}.{name}_{ending}" if ending else f"{section}.{name}"
     return Quantity(name, unit, meaning, source, key if section else "")
 

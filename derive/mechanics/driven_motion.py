@@ -169,7 +169,7 @@ def derive_driven_motion(
         ELEMENTS,
         (s for name, e in stated.elements.items() for s in e.list_components(name, stated.axes)),
         inputs,
-        steps,
+        (*_point_sources(stated), *stated.loops.rate_steps),
     )
     mesh_functions = build_function(
         MESHES, (s for mesh in find_meshes(stated) for s in mesh.lets()), inputs, steps

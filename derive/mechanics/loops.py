@@ -60,11 +60,14 @@ class Coordinate:
 class Loops:
     """Equations ``gap = 0`` of as many coordinates; ``start`` says where these are at the angle
     zero, about.
+
+    ``rate_steps`` are those of rates and accelerations, after `steps` has derived them.
     """
 
     coordinates: list[Coordinate] = field(default_factory=list)
     gaps: dict[str, Expr] = field(default_factory=dict)
     start: dict[Quantity, Expr] = field(default_factory=dict)
+    rate_steps: tuple[Step, ...] = ()
 
     @property
     def all(self) -> tuple[Quantity, ...]:
@@ -130,7 +133,11 @@ class Loops:
         accelerations.
         """
         self._check()
-        return (*self._positions(), *self._rates(motion)) if self.coordinates else ()
+        if not self.coordinates:
+            return ()
+        positions = self._positions()
+        self.rate_steps = tuple(self._rates(motion))
+        return (*positions, *self.rate_steps)
 
     def _positions(self) -> list[Step]:
         newton_steps: list[Step] = []

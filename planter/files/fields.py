@@ -190,9 +190,9 @@ def _known_keys(model: type[BaseModel], location: tuple[str | int, ...], listed:
     keys = list(list_fields(table)) if table else []
     similar = paths.find_similar(str(unknown), keys)
     hint = f": did you mean {similar[0]}?" if similar else ""
-    known = ", ".join(keys)
-    allowed = f" (allowed here: {known})" if keys and known not in listed else ""
-    listed.add(known)
+    all_keys = ", ".join(keys)
+    allowed = f" (allowed here: {all_keys})" if keys and all_keys not in listed else ""
+    listed.add(all_keys)
     return f"there is no such key{hint}{allowed}"
 
 

@@ -295,7 +295,7 @@ def build_motion_scene(title: str, motion: MechanismMotion, file: MechanismFile)
 
 @dataclass(frozen=True)
 class DrawnMotion:
-    """What a scene is drawn from over an axis: its duration [s], curves (n,) by key in display
+    """A motion over an axis, as a scene draws it: its duration [s], curves (n,) by key in display
     units, and by name coordinates of points (n,) [m] and the `shapes` (n,) [SI] of elements.
     """
 

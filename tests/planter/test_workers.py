@@ -75,7 +75,7 @@ def test_worker_takes_no_module_of_the_user(
     monkeypatch.setattr(sys, "path", ["", *sys.path])
     monkeypatch.setenv("PYTHONPATH", str(tmp_path))
     is_jobs = module == JOBS
-    folders = {"folder": str(tmp_path), "scratch": str(tmp_path)}
+    folders = {"folder": str(tmp_path), "scratch": str(tmp_path), "machine": None}
     first = _squares().to_bytes() if is_jobs else json.dumps(folders).encode()
     request = pickle.dumps(3) if is_jobs else json.dumps({"do": "file", "message": {}}).encode()
     worker = Worker(module, first)

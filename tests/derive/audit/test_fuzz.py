@@ -18,7 +18,7 @@ import sympy as sp
 
 from derive.audit.case import Case
 from derive.audit.comparison import solve_for
-from derive.audit.edits import list_edits
+from derive.audit.edits import propose_edits
 from derive.audit.judge import FAULTS
 from derive.audit.paper import Paper
 from derive.audit.record import Record
@@ -73,11 +73,9 @@ def changed(case: Case, printed: Equation, count: int, seed: int) -> Iterator[tu
     """
     symbol = printed.defines
     expression = printed.residual if symbol is None else solve_for(printed.residual, symbol)
-    candidates = [
-        edit
-        for edit in list_edits(expression, case.words, overall=False)
-        if edit.result.free_symbols - {symbol}
-    ]
+    proposals = propose_edits(expression, case.words, overall=False)
+    edits = [proposal.apply(expression) for proposal in proposals]
+    candidates = [edit for edit in edits if edit.result.free_symbols - {symbol}]
     for edit in random.Random(seed).sample(candidates, min(count, len(candidates))):
         yield (
             str(edit.text),

@@ -142,7 +142,7 @@ def test_slopes_of_a_curve_are_those_of_differences_through_contacts(tmp_path: P
     assert np.abs(MeasuredCurve(machine, curve.chosen, span, "y")(z)[0] - curve(z)[0]).max() > 1
 
 
-@pytest.mark.parametrize("oscillations", [8, 40])
+@pytest.mark.parametrize("oscillations", [8, pytest.param(40, marks=pytest.mark.long)])
 def test_a_force_that_the_machine_lacks_is_not_explained(tmp_path: Path, oscillations: int) -> None:
     """The amplitude of dry friction falls linearly, and no viscous damper does so."""
     omega = np.sqrt(40 / 0.5)

@@ -16,8 +16,7 @@ from planter.gears import figures as gears
 from planter.gears.geometry.cutting import ToothOrder, cut_teeth
 from planter.gears.geometry.pitch_curves import build_circle_pair
 from planter.mechanism.cycle import compute_cycle
-from planter.mechanism.drawing import PlotAxis
-from planter.mechanism.drawing import build_scene as own_scene
+from planter.mechanism.drawing import build_cycle_scene
 from planter.mechanism.model import Model
 from planter.papers.clutch import scene as clutch
 from planter.papers.clutch.rotor import Rotor
@@ -100,8 +99,7 @@ def arm(tmp_path_factory: pytest.TempPathFactory) -> Scene:
     folder = tmp_path_factory.mktemp("own")
     assert derive([str(EXAMPLES / "transplanting_arm.py"), "--out", str(folder)]) == 0
     cycle = compute_cycle(Model(load_machine(str(folder / "transplanting_arm.toml"))))
-    course = PlotAxis(cycle.angles_deg, "phi / deg", is_angle=True)
-    return own_scene("arm", course, cycle.seconds, cycle.columns, cycle.places)
+    return build_cycle_scene("arm", cycle)
 
 
 def test_user_mechanism_bodies_are_rigid(arm: Scene) -> None:

@@ -79,7 +79,7 @@ def test_command_writes_gif_to_given_path(tmp_path: Path) -> None:
     }
     assert file.read_bytes().startswith(b"GIF89a")
     _, printed, _ = run(*words)
-    assert printed.startswith(f"{file}: shi2021 over a cycle, 4 frames in 0.2 s, ")
+    assert printed.startswith(f"{file}: shi2021, 4 frames in 0.2 s, ")
     with pytest.raises(InputError, match=r"ends in \.gif"):
         animate("shi2021", {}, tmp_path / "moving.avi")
     with pytest.raises(InputError, match="one of exact, printed"):

@@ -89,6 +89,6 @@ def test_simulate_takes_what_moves_freely(tmp_path: Path) -> None:
     assert result == answer("move", path, *words)
     jsonschema.validate(result, load_schema("simulate"))
     assert (tmp_path / "out" / "values.csv").is_file()
-    assert "--until" in refusal("simulate", path)
+    assert answer("simulate", path)["until_s"] == 2
     assert "--samples" in refusal("simulate", path, "--until", "1", "--samples", "9")
     assert "--until" in refusal("simulate", "wang2017", "--until", "1")
