@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import json
+import re
 import subprocess
 import tempfile
 from collections.abc import Iterator, Mapping
@@ -170,15 +171,18 @@ def read_text(name: str) -> str:
     return resources.files(__package__).joinpath(name).read_text(encoding="utf-8")
 
 
+_COMMENT = re.compile(r"^\s*/\*\*.*?\*/$", re.MULTILINE | re.DOTALL)
+
+
 def compact_script(text: str) -> str:
     """Return a script without indentation and without lines that are comments, for pages that
     contain it.
 
-    >>> compact_script("/** One. */\\n  let x = 1; // stays\\n  // goes\\n")
+    >>> compact_script("/** One\\n  block. */\\n  let x = 1; // stays\\n  // goes\\n")
     'let x = 1; // stays'
     """
-    lines = (line.strip() for line in text.splitlines())
-    return "\n".join(line for line in lines if line and not line.startswith(("//", "/**")))
+    lines = (line.strip() for line in _COMMENT.sub("", text).splitlines())
+    return "\n".join(line for line in lines if line and not line.startswith("//"))
 
 
 def _safe(text: str) -> str:

@@ -27,7 +27,7 @@ from planter.kernels import Array
 from planter.kernels.compiler import CompilerError
 from planter.kernels.lane_graph import NotPrintableError
 from planter.kernels.programs import Program, build_webassembly
-from planter.report.animation import pack_scene
+from planter.report.animation import compact_script, pack_scene
 from planter.report.files import write_bytes
 from planter.report.folder import check_files
 from planter.report.html import escape_markup, policy_source
@@ -141,7 +141,10 @@ def bundle_modules(modules: Mapping[str, str]) -> str:
     imports from.
     """
     return "\n".join(
-        ["const modules = {};", *(_scoped(name, text) for name, text in modules.items())]
+        [
+            "const modules = {};",
+            *(_scoped(name, compact_script(text)) for name, text in modules.items()),
+        ]
     )
 
 
