@@ -122,10 +122,9 @@ def render_page(record: Record) -> str:
         if (case.name, method) not in measured
     ]
     named = "; ".join(f"{name}: {versions[name]}" for name in VERSIONS)
-    lines = [
-        f"Not measured yet: {', '.join(left_out) or 'none'}.",
-        f"{total:.0f} CPU s in all. {named}.",
-    ]
+    lines = [f"{total:.0f} CPU s in all. {named}."]
+    if left_out:
+        lines.insert(0, f"Not measured yet: {', '.join(left_out)}.")
     return "\n".join([*render_table(COLUMNS, rows), "", *lines])
 
 

@@ -26,7 +26,6 @@ def test_rows_that_the_record_lacks_are_said() -> None:
     listed = [(name, method) for name in names for method in methods.METHODS]
     rows = [(row["problem"], row["method"]) for row in RECORD["rows"]]
     assert rows == listed[: len(rows)]
-    assert sum(row["cpu_s"] for row in RECORD["rows"]) < 600
     text = methods.render_page(RECORD | {"rows": RECORD["rows"][:1]})
     assert all(f"{name} ({method})" in text for name, method in listed[1:])
 
