@@ -71,11 +71,12 @@ class Motions:
         self._recorded: dict[bytes, Sequence[MotionStep]] = {}
 
     def record(self, d: Array, steps: Sequence[MotionStep]) -> None:
-        """Use an integration at values d (v,) for motions up to its end, instead of another one.
+        """Use an integration at values d (v,) for motions up to its end, instead of another one, until
+        the next is recorded.
 
         Its steps are those of `Dynamics.integrate` with explicit steps, to `TOLERANCE`.
         """
-        self._recorded[d.tobytes()] = steps
+        self._recorded = {d.tobytes(): steps}  # the latest alone: a page records many
 
     def over(self, span: float) -> Motions:
         """Return the motions to another time [s], which share the functions of these."""
